@@ -1,0 +1,39 @@
+// How finished tiles leave the engine and come back. io/store implements both over HDF5 shards; memory_map.h in memory.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "engine/lattice/tiles.h"
+#include "engine/model/digest.h"
+#include "engine/model/terrain_tile.h"
+
+namespace btms {
+
+// Where a map lies on the plane: one lattice, one tile grid.
+struct MapLayout {
+  Lattice lattice{2000};
+  TileGrid grid;
+  friend bool operator==(const MapLayout&, const MapLayout&) = default;
+};
+
+// Receives finished tiles. Thread-safe; every tile arrives exactly once, in any order.
+class TileSink {
+ public:
+  virtual ~TileSink() = default;
+  // Takes the tile. Throws Error(kFailed) when it can't be kept.
+  virtual void put(TileId id, TerrainTile&& tile) = 0;
+};
+
+// Finished tiles of one immutable map revision. Thread-safe.
+class TileSource {
+ public:
+  virtual ~TileSource() = default;
+  virtual const MapLayout& layout() const = 0;
+  // All tiles that exist, ascending.
+  virtual std::vector<TileId> tiles() const = 0;
+  // The tile, or nullptr where the map has none. Throws Error(kVerification) when stored bytes are damaged.
+  virtual std::shared_ptr<const TerrainTile> load(TileId id) const = 0;
+};
+
+}  // namespace btms
