@@ -1,0 +1,57 @@
+// Scores of a segmentation against truth.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace btms {
+
+// Counts over points; "positive" is terrain.
+struct Confusion {
+  std::uint64_t true_positive = 0, false_positive = 0, false_negative = 0, true_negative = 0;
+
+  Confusion& operator+=(const Confusion& o);
+  std::uint64_t total() const { return true_positive + false_positive + false_negative + true_negative; }
+  // Ratios in [0, 1]; 0 where the denominator is 0.
+  double precision() const;
+  double recall() const;
+  double f1() const;
+  double accuracy() const;
+  double type1() const;        // terrain called object / terrain
+  double type2() const;        // object called terrain / object
+  double total_error() const;  // wrong / all
+  double kappa() const;        // Cohen's kappa
+};
+
+// How true classes count (paper III-C, "Evaluation Metrics").
+struct TruthRules {
+  std::vector<std::uint32_t> terrain;    // classes that are terrain
+  std::vector<std::uint32_t> ignored;    // classes left out altogether
+  std::vector<std::uint32_t> ambiguous;  // vegetation, bush: terrain only below -0.25 h_s ("with"), or left out ("without")
+  double sensor_height_m = 0;            // h_s; 0 = the ambiguous classes are left out in both
+};
+
+// SemanticKITTI: terrain 40 44 48 49 60 72, ambiguous 70, ignored 0 1, h_s = 1.73 m.
+TruthRules semantic_kitti_rules();
+// ASPRS LAS: terrain 2; ignored 7 9 17 18 20 26 (water, bridge decks, noise, reserved).
+TruthRules asprs_rules();
+
+struct Scores {
+  Confusion with;     // the ambiguous classes counted by their height
+  Confusion without;  // the ambiguous classes left out
+};
+
+// `truth[i]` is a class, `terrain[i]` the prediction, `z_m[i]` the height in the sensor frame (may be empty when
+// rules.sensor_height_m is 0). All spans have equal length.
+Scores score(std::span<const std::uint32_t> truth, std::span<const std::uint8_t> terrain, std::span<const float> z_m,
+             const TruthRules& rules);
+
+// Mean and standard deviation (population) over several files.
+struct MeanDeviation {
+  double mean = 0, deviation = 0;
+};
+MeanDeviation mean_deviation(std::span<const double> values);
+
+}  // namespace btms

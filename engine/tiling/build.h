@@ -1,0 +1,58 @@
+// The main job: points in, finished tiles out.
+//
+// Passes (docs/architecture.md): partition, model, link, merge, complete, fit, commit. Each sees one tile's interior and
+// copies of its halo; halos are exchanged between passes. The result has the same bits for any tile grid, executor,
+// thread count, rank count, and order or splitting of the inputs.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/model/digest.h"
+#include "engine/model/tile_store.h"
+#include "engine/terrain/parameters.h"
+#include "engine/tiling/executor.h"
+#include "engine/tiling/point_source.h"
+#include "engine/tiling/progress.h"
+
+namespace btms {
+
+struct BuildOptions {
+  Parameters parameters;
+  std::int32_t tile_cells = 128;  // tile edge in cells; 0 = the whole map is one tile
+  bool neighbours_by_lattice = false;  // scan the lattice instead of querying nanoflann; same bits, for tests
+  std::uint64_t max_nodes = std::uint64_t{1} << 31;  // refuse larger maps before allocating them
+};
+
+struct PhaseTime {
+  std::string phase;
+  double seconds;
+};
+
+struct BuildSummary {
+  MapLayout layout;
+  Digest digest;
+  std::uint64_t points = 0;        // points that took part
+  std::uint64_t not_finite = 0;    // dropped
+  std::uint64_t out_of_range = 0;  // dropped
+  std::uint64_t tiles = 0;
+  std::uint64_t nodes = 0;         // nodes with points, or with a surface
+  std::uint64_t observed = 0, predicted = 0, obstacle = 0, unknown = 0;
+  std::uint64_t components = 0, components_kept = 0;
+  std::vector<PhaseTime> phases;
+};
+
+// Makes the sink that receives this rank's tiles, once the layout is known. Called once per rank.
+using SinkFactory = std::function<TileSink&(const MapLayout&)>;
+
+// Builds the model of all sources together. Collective over `ranks`: every rank passes the same sources and options,
+// and gets the same summary. Throws Error(kBadInput) when no point is left, Error(kUsage) above max_nodes (naming the
+// point furthest out), Error(kCancelled) when progress says stop, and whatever a source or the sink throws.
+BuildSummary build_map(std::span<const PointSource* const> sources, const BuildOptions& options, const Threads& threads,
+                       Ranks& ranks, const SinkFactory& sink, Progress& progress);
+
+}  // namespace btms

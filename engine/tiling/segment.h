@@ -1,0 +1,24 @@
+// A single scan: model and label in memory, one call. Nothing is written, no thread is started.
+#pragma once
+
+#include <vector>
+
+#include "engine/model/memory_map.h"
+#include "engine/terrain/parameters.h"
+#include "engine/terrain/segmentation.h"
+#include "engine/tiling/build.h"
+#include "engine/tiling/label.h"
+
+namespace btms {
+
+struct SegmentedScan {
+  MemoryMap map;
+  BuildSummary summary;
+  LabelCounts counts;
+  std::vector<Label> labels;  // one per point, input order
+};
+
+// An empty scan, or one without a finite point, gives an empty map and labels.
+SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters);
+
+}  // namespace btms

@@ -1,0 +1,69 @@
+// Point files: one table from extension to reader, one to label writer.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/terrain/segmentation.h"
+#include "engine/tiling/point_source.h"
+
+namespace btms {
+
+struct PointFileInfo {
+  std::string format;                       // "LAS 1.2, point format 3", "KITTI scan", "PCD 0.7 binary"
+  std::uint64_t points = 0;
+  std::uint64_t bytes = 0;
+  std::optional<std::array<double, 6>> declared_bounds_m;  // min x, y, z, max x, y, z as the header says: only a hint
+  std::string crs;                          // WKT, or "EPSG:n" from GeoTIFF keys, or empty
+  std::vector<std::string> warnings;        // what was odd but acceptable, one sentence each
+};
+
+// An open point file. Reads with pread, so concurrent reads are safe and a file truncated meanwhile is an Error, never a
+// signal. Dropped points keep their place.
+class PointFile : public PointSource {
+ public:
+  virtual const std::filesystem::path& path() const = 0;
+  virtual const PointFileInfo& info() const = 0;
+};
+
+// Opens by extension (.las .bin .pcd). Everything that can be checked without reading the points is checked here.
+// Throws Error(kBadInput) naming file, offset, what was found and what was expected; Error(kUsage) for an extension that
+// no reader knows, listing those that are known. Opening never blocks (a FIFO is refused).
+std::unique_ptr<PointFile> open_points(const std::filesystem::path& path);
+
+// Extensions open_points knows, with the dot.
+std::vector<std::string> known_point_extensions();
+
+// Files, folders (every known point file in them, not recursive, sorted by name) and globs, in the order given.
+// Throws Error(kUsage) when an argument matches nothing.
+std::vector<std::filesystem::path> expand_inputs(std::span<const std::string> arguments);
+
+// Receives the labels of one input and writes them in the format that belongs to it:
+//   .las -> .las  a copy with only the class changed: 2 terrain, 1 obstacle, 7 far below; dropped points keep theirs
+//   .bin -> .label  u32: 40 terrain, 99 obstacle and below, 0 dropped
+//   .pcd -> .labels u8: 1 terrain, 0 not
+// write() is thread-safe for disjoint runs. Nothing is visible under the final name before commit(); without commit() the
+// temporary file is removed. Throws Error(kFailed) on any failed write.
+class LabelWriter {
+ public:
+  virtual ~LabelWriter() = default;
+  virtual void write(std::uint64_t first, std::span<const Label> labels) = 0;
+  // Flushes, fsyncs, renames into place.
+  virtual void commit() = 0;
+  virtual const std::filesystem::path& path() const = 0;
+};
+
+// Output name: folder / input's name with the extension above. Throws Error(kUsage) when it would be the input itself.
+std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder);
+
+// Per-point classes for evaluation, as unsigned integers: LAS classification, KITTI .label (lower 16 bits), .labels bytes.
+// Throws Error(kBadInput) as open_points does.
+std::vector<std::uint32_t> read_classes(const std::filesystem::path& path);
+
+}  // namespace btms

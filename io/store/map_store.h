@@ -1,0 +1,66 @@
+// The map on disk: a folder NAME.btms of immutable HDF5 shards, a manifest, and map.nc, one virtual file over all shards.
+// Format: docs/store_format.md. HDF5 stays inside io/store.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/model/tile_store.h"
+#include "engine/terrain/parameters.h"
+
+namespace btms {
+
+struct InputRecord {
+  std::string name;
+  std::uint64_t points = 0;
+  std::uint64_t bytes = 0;
+};
+
+// What a map says of itself.
+struct MapInfo {
+  MapLayout layout;
+  Parameters parameters;
+  std::string preset;               // name the parameters started from, or empty
+  std::string crs_wkt;              // WKT2 with its EPSG id where there is one, or empty
+  std::vector<InputRecord> inputs;
+  Digest digest;                    // of the decoded content of all shards
+  std::uint64_t revision = 1;
+  std::uint64_t points = 0, dropped = 0;
+};
+
+// Writes one revision of a map. put() is thread-safe: tiles are encoded in the calling thread, only the HDF5 call is
+// serialised. A shard is one tile, or a block of tiles when tiles are small; it is written under a temporary name, closed
+// with every return code checked, fsynced and renamed. Nothing of the map can be opened before publish(); a writer that is
+// destroyed before it removes what it has written (an older map in the same folder is left as it was).
+class MapWriter : public TileSink {
+ public:
+  // `rank` keeps temporary names of several processes apart. Throws Error(kFailed), or Error(kUsage) when `folder` exists
+  // and is not a map.
+  static std::unique_ptr<MapWriter> create(const std::filesystem::path& folder, const MapLayout& layout, int rank = 0);
+
+  // Writes the shards that are still incomplete, and returns this rank's manifest entries as bytes. Call once, after the
+  // last put(). With several ranks every tile of a shard must have been put on the same rank (see shard_of).
+  virtual std::vector<std::uint8_t> finish() = 0;
+
+  // Rank 0: writes manifest and map.nc from every rank's finish() bytes, and renames the manifest into place: the commit
+  // point. Shards of an older revision are deleted after that.
+  virtual void publish(const MapInfo& info, const std::vector<std::vector<std::uint8_t>>& entries) = 0;
+};
+
+// Tiles of equal shard ids are stored in one file: blocks of k x k tiles with k = ceil(64 / edge), so that small tiles
+// don't make small files.
+TileId shard_of(const MapLayout& layout, TileId tile);
+
+// An opened revision; immutable, thread-safe. load() reads, checks the hash and decodes; callers cache.
+class MapReader : public TileSource {
+ public:
+  // Throws Error(kBadInput) when it is not a map, Error(kVerification) when the manifest's own hash is wrong.
+  static std::unique_ptr<MapReader> open(const std::filesystem::path& folder);
+  virtual const MapInfo& info() const = 0;
+};
+
+}  // namespace btms
