@@ -14,6 +14,7 @@ constexpr int kCoarseBits = 12;                          // kernel values in sec
 constexpr double kDirectionUnit = 1 << 24;               // unit vectors in Eq 10's sum
 constexpr double kGradientUnit = 1 << 12;                // slopes in the ridge
 constexpr std::int64_t kMaxSpread_mm = 1 << 14;          // residuals beyond 16 m count as 16 m
+constexpr std::int64_t kMaxRelief_mm = 1 << 20;          // heights within a kernel differ by less than 1 km
 
 std::int64_t coarse(std::int64_t k) { return (k + (1 << (kKernelBits - kCoarseBits - 1))) >> (kKernelBits - kCoarseBits); }
 
@@ -61,7 +62,8 @@ Prediction plane(const Terms& terms, const Neighbourhood& near, std::int64_t x, 
   std::int64_t n = 0, sx = 0, sy = 0, sz = 0, sxx = 0, sxy = 0, syy = 0, sxz = 0, syz = 0, sgx = 0, sgy = 0;
   for (const auto& [k24, i] : terms) {
     const std::int64_t k = coarse(k24);
-    const std::int64_t dx = near.x_mm[i] - x, dy = near.y_mm[i] - y, dz = near.z_mm[i] - z;
+    const std::int64_t dx = near.x_mm[i] - x, dy = near.y_mm[i] - y;
+    const std::int64_t dz = std::clamp<std::int64_t>(near.z_mm[i] - z, -kMaxRelief_mm, kMaxRelief_mm);
     Node own;
     own.normal_x = near.normal_x[i];
     own.normal_y = near.normal_y[i];
