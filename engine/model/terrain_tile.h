@@ -8,10 +8,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "engine/lattice/lattice.h"
+#include "engine/lattice/plane.h"
 #include "engine/lattice/tiles.h"
 
 namespace btms {
@@ -22,8 +22,6 @@ enum class NodeState : std::uint8_t {
   kPredicted = 2,  // terrain inferred from its surroundings; nothing seen here contradicts it
   kObstacle = 3,   // terrain inferred below something that stands here
 };
-
-inline constexpr std::int32_t kUnknownHeight_mm = std::numeric_limits<std::int32_t>::min();
 
 // One stored node, 8 bytes.
 struct NodeSurface {

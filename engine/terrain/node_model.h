@@ -1,0 +1,40 @@
+// From the points of a node to its plane, weight and class (paper Eq 2, 3, 5).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "engine/terrain/node.h"
+#include "engine/terrain/parameters.h"
+
+namespace btms {
+
+// Parameters of the node model as the integers it computes with.
+struct NodeModelRules {
+  NodeModel model = NodeModel::kRobust;
+  std::int32_t seed_height_mm = 0;
+  std::int32_t refit_distance_mm = 0;
+  std::int32_t steepest_normal_xy2 = 0;  // sin^2(theta) in 2^-30: Eq 5 on the stored normal
+  std::uint32_t min_points = 0;          // sigma
+  std::int32_t half_resolution_mm = 0;
+
+  explicit NodeModelRules(const Parameters& p);
+};
+
+// sin^2 of a slope in 2^-30, the integer that stored normals are compared with.
+std::int32_t steepest_normal_xy2(double slope_max_deg);
+
+// Points of one node as structure of arrays: x, y from the square's centre, z absolute; millimetres.
+struct NodePoints {
+  const std::int16_t* x_mm = nullptr;
+  const std::int16_t* y_mm = nullptr;
+  const std::int32_t* z_mm = nullptr;
+  std::size_t size = 0;
+};
+
+// The node of its points: kEmpty without points, kNoPlane or kCandidate with. The result depends on the set of points,
+// not on their order. Total; thread-safe.
+Node model_node(const NodePoints& points, const NodeModelRules& rules);
+
+}  // namespace btms
