@@ -99,24 +99,6 @@ struct Local {
   std::int64_t x, y, z;
 };
 
-// Height of the lowest points: whole 32 mm buckets from the lowest upward until k points are in, their mean, floored.
-std::int64_t seed_height_mm(const std::vector<Local>& points) {
-  std::vector<std::int64_t> z;
-  for (const Local& p : points) z.push_back(p.z);
-  std::sort(z.begin(), z.end());
-
-  const std::int64_t n = static_cast<std::int64_t>(z.size());
-  const std::int64_t k = std::clamp<std::int64_t>(n / 4, 1, 20);
-  std::int64_t taken = 0, sum = 0;
-  for (int bucket = 0; bucket < 64 && taken < k; ++bucket)
-    for (const std::int64_t h : z)
-      if ((h - z.front()) / 32 == bucket) {
-        ++taken;
-        sum += h;
-      }
-  return floor_quotient(sum, taken);
-}
-
 // z = a x + b y + c through the selected points; a and b in units of 2^-12, c in 2^-12 mm.
 struct RoundedPlane {
   std::int64_t a, b, c;
@@ -166,7 +148,9 @@ bool least_squares(const std::vector<Local>& points, const std::vector<bool>& se
 std::vector<Local> select_points(std::vector<Local> points, const Parameters& p) {
   if (p.node_model == NodeModel::kPca) return points;
 
-  const std::int64_t seed = seed_height_mm(points);
+  std::vector<std::int64_t> heights;
+  for (const Local& q : points) heights.push_back(q.z);
+  const std::int64_t seed = seed_height_mm(heights);
   for (Local& q : points) q.z -= seed;
 
   std::vector<bool> selected;
@@ -467,6 +451,21 @@ std::array<long double, 2> centroid_of(const NodeKeyTuple& node, std::int64_t r_
     sum[1] += at[1];
   }
   return {sum[0] / 3, sum[1] / 3};
+}
+
+// Whole 32 mm buckets from the lowest point upward until k points are in; their mean, floored.
+std::int64_t seed_height_mm(const std::vector<std::int64_t>& z_mm) {
+  const std::int64_t lowest = *std::min_element(z_mm.begin(), z_mm.end());
+  const std::int64_t n = static_cast<std::int64_t>(z_mm.size());
+  const std::int64_t k = std::clamp<std::int64_t>(n / 4, 1, 20);
+  std::int64_t taken = 0, sum = 0;
+  for (int bucket = 0; bucket < 64 && taken < k; ++bucket)
+    for (const std::int64_t z : z_mm)
+      if ((z - lowest) / 32 == bucket) {
+        ++taken;
+        sum += z;
+      }
+  return floor_quotient(sum, taken);
 }
 
 long double kernel(long double d, long double l) {

@@ -84,6 +84,7 @@ NodeKeyTuple locate(std::int64_t x_mm, std::int64_t y_mm, std::int64_t r_mm);
 std::array<CornerKey, 3> corners_of(const NodeKeyTuple& node);
 std::vector<NodeKeyTuple> neighbours_of(const NodeKeyTuple& node);
 std::array<long double, 2> centroid_of(const NodeKeyTuple& node, std::int64_t r_mm);
-long double kernel(long double d, long double l);  // Eq 7
+std::int64_t seed_height_mm(const std::vector<std::int64_t>& z_mm);  // robust node model; not empty
+long double kernel(long double d, long double l);                    // Eq 7
 
 }  // namespace btms::oracle

@@ -114,6 +114,20 @@ TEST(Oracle, FilledFlatTriangleWeighsOneThird) {
   }
 }
 
+// The corners of a box, half edges 0.3, 0.2, 0.1 m: eigenvalues 0.09, 0.04, 0.01; w = (8/9)(3/9).
+TEST(Oracle, WeightOfABox) {
+  std::vector<Point> points;
+  for (const int x : {-300, 300})
+    for (const int y : {-200, 200})
+      for (const int z : {-100, 100}) points.push_back({2500 + x, 1500 + y, z});
+  const Result result = run(points, tiny(3));
+  const Node& n = result.nodes.at({0, 0, 0});
+  EXPECT_CLOSE(n.l1, 0.09L, 1e-15);
+  EXPECT_CLOSE(n.l2, 0.04L, 1e-15);
+  EXPECT_CLOSE(n.l3, 0.01L, 1e-15);
+  EXPECT_CLOSE(n.weight, 8.0L / 27, 1e-15);
+}
+
 TEST(Oracle, NoPlaneWithoutThreeIndependentPoints) {
   const auto has_plane = [](const std::vector<Point>& points, NodeModel model) {
     Parameters p = tiny(2);
@@ -187,6 +201,7 @@ TEST(Oracle, FaithfulNormalsFlattenSlopes) {
     const Node& hole = result.nodes.at({0, 0, 0});
     EXPECT_TRUE(hole.predicted);
     EXPECT_EQ(hole.count, 0);
+    EXPECT_LT(hole.normal[0], 0);  // leans away from the slope, which rises with x
     return static_cast<double>(std::acos(hole.normal[2]) * 180 / kPi);
   };
   for (const auto& [slope, flattened] :
@@ -319,6 +334,102 @@ TEST(Oracle, StepLimit) {
   EXPECT_FALSE(components(101));
   EXPECT_TRUE(components(-100));
   EXPECT_FALSE(components(-101));
+}
+
+// Eq 6 on two nodes 1 m apart that lean to opposite sides across the line between them: dot = cos 2 phi against
+// 1 - sin 0.03, so 2 phi <= 14.07 degrees, tan phi <= 0.1234.
+TEST(Oracle, NormalLimit) {
+  const auto linked = [](int rise_mm) {  // over 200 mm
+    Parameters p = tiny(3);
+    p.keep_nodes = 2;
+    std::vector<Point> points;
+    add_node(points, {0, 0, 0}, 3000, [&](std::int64_t, std::int64_t y) { return (y - 1500) / 200 * rise_mm; });
+    add_node(points, {0, 1, 2}, 3000, [&](std::int64_t, std::int64_t y) { return (1500 - y) / 200 * rise_mm; });
+    return run(points, p).nodes.at({0, 0, 0}).terrain;
+  };
+  EXPECT_TRUE(linked(24));   // 0.120
+  EXPECT_FALSE(linked(25));  // 0.125
+}
+
+// Eq 5: tan 20 degrees is 0.36397.
+TEST(Oracle, SlopeLimit) {
+  for (const int percent : {36, 37}) {
+    std::vector<Point> points;
+    add_node(points, {0, 0, 0}, 3000, [&](std::int64_t x, std::int64_t) { return x / 100 * percent; });
+    const Result result = run(points, tiny(3));
+    EXPECT_TRUE(result.nodes.at({0, 0, 0}).has_plane);
+    EXPECT_EQ(result.nodes.at({0, 0, 0}).candidate, percent == 36);
+  }
+}
+
+// Between two level nodes at different heights the predicted and the final planes get too steep at some step. Here by
+// the gradient, not by the normal: g^2 > tan^2.
+TEST(Oracle, PredictionsAndFinalPlanesKeepTheSlopeLimit) {
+  const long double limit = std::tan(20 * kPi / 180);
+  int reverted = 0, refused = 0, kept = 0, dropped = 0;
+  for (const CompletionNormals normals : {CompletionNormals::kFaithful, CompletionNormals::kPlane})
+    for (int step_mm = 0; step_mm < 6000; step_mm += 250) {
+      Parameters p = tiny(3);
+      p.completion_normals = normals;
+      std::vector<Point> points;
+      add_node(points, {0, 0, 0}, 3000, [](std::int64_t, std::int64_t) { return 0; });
+      add_node(points, {0, 2, 2}, 3000, [&](std::int64_t, std::int64_t) { return step_mm; });
+      const Result result = run(points, p);
+      if (normals == CompletionNormals::kPlane) {
+        const long double k1 = kernel(1, 6), k2 = kernel(3, 6), k = k1 + k2, h = step_mm * k2 / k / 1000;
+        const long double d = (-k1 + 3 * k2) / k;
+        const long double cov = (k1 * (0 - h) * (-1 - d) + k2 * (step_mm / 1000.0L - h) * (3 - d)) / k;
+        const long double var = (k1 * (-1 - d) * (-1 - d) + k2 * (3 - d) * (3 - d)) / k;
+        EXPECT_EQ(result.nodes.at({0, 1, 2}).predicted, cov / (var + 2.25L) <= limit);
+        ++(result.nodes.at({0, 1, 2}).predicted ? reverted : refused);
+      }
+      for (const auto& [key, n] : result.nodes) {
+        const auto& z = n.corner_z;
+        if (std::isnan(z[0] + z[1] + z[2])) {
+          EXPECT_FALSE(n.has_final);
+          continue;
+        }
+        // From the centre corner the other two are at (+-1.5, +-1.5): half their sum and half their difference lie
+        // along the axes, 1.5 m away.
+        const long double along = ((z[1] + z[2]) / 2 - z[0]) / 1.5L, across = (z[2] - z[1]) / 3;
+        const bool gentle = along * along + across * across <= limit * limit;
+        EXPECT_EQ(n.has_final, gentle);
+        ++(gentle ? kept : dropped);
+      }
+    }
+  EXPECT_GT(std::min({reverted, refused, kept, dropped}), 3);
+}
+
+// Two level nodes around one corner: weights over distances. The first node's mean is 0.1 m off its centroid.
+TEST(Oracle, CornerWeights) {
+  Parameters p = tiny(3);
+  p.min_support = 1000;  // no predictions
+  std::vector<Point> points;
+  for (const int x : {-300, -100, 100, 300})
+    for (const int y : {-200, 0, 200}) points.push_back({2600 + x, 1500 + y, 1000});
+  for (const int x : {-150, 150})
+    for (const int y : {-100, 100}) points.push_back({4500 + x, 500 + y, 1600});  // south of the next square
+  const Result result = run(points, p);
+  // Variances 0.05 and 0.08 / 3; 0.0225 and 0.01.
+  const long double w1 = 0.08L / 3 / 0.05L, w2 = 0.01L / 0.0225L;
+  const long double d1 = std::hypot(0.4L, 1.5L), d2 = std::hypot(1.5L, 0.5L);
+  EXPECT_CLOSE((result.corners.at({2, 0})), (w1 / d1 * 1.0L + w2 / d2 * 1.6L) / (w1 / d1 + w2 / d2), 1e-12);
+  EXPECT_CLOSE((result.corners.at({2, 2})), 1.0L, 1e-12);
+  EXPECT_CLOSE((result.corners.at({4, 0})), 1.6L, 1e-12);
+  EXPECT_EQ(result.corners.size(), 5u);
+  EXPECT_EQ(result.labels.front(), Label::kTerrain);
+}
+
+TEST(Oracle, SeedHeight) {
+  EXPECT_EQ(seed_height_mm({5}), 5);
+  EXPECT_EQ(seed_height_mm({-3, 100, 200}), -3);                // k = 0, so 1
+  EXPECT_EQ(seed_height_mm({0, 31, 32, 33, 34, 35, 36}), 15);   // k = 1: bucket 0 whole, 15.5 floored
+  EXPECT_EQ(seed_height_mm({-510, 0, 0, 0, 0, 0, 0, 0}), -64);  // k = 2: -510 / 8 = -63.75
+  EXPECT_EQ(seed_height_mm({0, 2047, 2048, 9000, 9000, 9000, 9000, 9000}), 1023);  // k = 2, the last bucket is 63
+  EXPECT_EQ(seed_height_mm({0, 2048, 2048, 9000, 9000, 9000, 9000, 9000}), 0);     // fewer than k in 64 buckets
+  std::vector<std::int64_t> many;
+  for (int i = 0; i < 200; ++i) many.push_back(32 * (i / 2));  // two a bucket, k = 20: ten buckets
+  EXPECT_EQ(seed_height_mm(many), 32 * 9 / 2);
 }
 
 // The robust model finds the ground under a canopy and a car; the literal one doesn't.
