@@ -134,12 +134,13 @@ bool least_squares(const std::vector<Local>& points, const std::vector<bool>& se
   const Real det = cxx * cyy - cxy * cxy;
   if (det <= Real{1e-6} * cxx * cyy) return false;
 
-  const Real a = (cxz * cyy - cyz * cxy) / det;
-  const Real b = (cyz * cxx - cxz * cxy) / det;
-  const Real c = mz - a * mx - b * my;
+  // Slopes clamped to what the selection can hold; the offset is the best one for the slopes kept.
   const Real steepest{7.9L};
-  plane.a = to_4096ths(std::clamp(a, -steepest, steepest));
-  plane.b = to_4096ths(std::clamp(b, -steepest, steepest));
+  const Real a = std::clamp((cxz * cyy - cyz * cxy) / det, -steepest, steepest);
+  const Real b = std::clamp((cyz * cxx - cxz * cxy) / det, -steepest, steepest);
+  const Real c = mz - a * mx - b * my;
+  plane.a = to_4096ths(a);
+  plane.b = to_4096ths(b);
   plane.c = to_4096ths(c);
   return true;
 }

@@ -3,12 +3,17 @@
 // cut into tiles of five cells.
 //
 // The engine rounds between its steps, the oracle does not. What may differ for that reason:
-//   heights   corner heights by up to 3 mm where both know the corner;
+//   heights   corner heights by up to 3 mm where both know the corner. Plane-mode completion rounds its kernel values
+//   to
+//             2^-12 in second moments, which is coarse where the support is small: a few corners in ten thousand are
+//             off by up to 7 mm (measured; 2.6 mm with 2^-16). Counted, bounded, and never more than 10 mm;
 //   labels    of points whose distance to the plane is within 3 mm of eps3 or of below_m;
 //   decisions of nodes the oracle marks as close calls (an edge, a slope or a support within the rounding of its
 //             threshold). A turned decision reaches as far as the kernel: predictions within l of the node, hence
-//             corners within l + r and planes within l + 2 r of it. Differences there are counted and bounded;
-//             differences anywhere else fail the test.
+//             corners within l + r and planes within l + 2 r of it. A flat scene has many edges, so a third to a half
+//             of all corners lie in reach of some close call; but hardly any decision turns. Differences there are
+//             counted and bounded; differences anywhere else fail the test.
+// Measured over all cases below: at most 0.1 % of corners, 0.02 % of nodes and 0.03 % of labels differ.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,6 +36,7 @@ namespace btms {
 namespace {
 
 constexpr long double kHeightTolerance_m = 0.003L;
+constexpr long double kCoarseKernelTolerance_m = 0.010L;  // plane mode, see above
 
 // ---- Scenes ---------------------------------------------------------------------------------------------------------
 
@@ -196,19 +202,23 @@ EngineResult run_engine(const std::vector<oracle::Point>& points, const Paramete
 // ---- Comparison -----------------------------------------------------------------------------------------------------
 
 struct Tally {
-  std::int64_t corners = 0, corners_turned = 0;
+  std::int64_t corners = 0, corners_in_reach = 0, corners_turned = 0;
   std::int64_t planes = 0, planes_turned = 0;
   std::int64_t labels = 0, labels_turned = 0, labels_at_threshold = 0;
-  long double worst_corner_m = 0;
+  std::int64_t observed = 0, predicted = 0;
+  long double worst_corner_m = 0;  // where not turned
 
   void add(const Tally& t) {
     corners += t.corners;
+    corners_in_reach += t.corners_in_reach;
     corners_turned += t.corners_turned;
     planes += t.planes;
     planes_turned += t.planes_turned;
     labels += t.labels;
     labels_turned += t.labels_turned;
     labels_at_threshold += t.labels_at_threshold;
+    observed += t.observed;
+    predicted += t.predicted;
     worst_corner_m = std::max(worst_corner_m, t.worst_corner_m);
   }
 };
@@ -247,14 +257,18 @@ Tally compare(const oracle::Result& truth, const EngineResult& engine, const std
     ++tally.corners;
     const long double x = static_cast<long double>(key.first) * half_m,
                       y = static_cast<long double>(key.second) * half_m;
+    tally.corners_in_reach += close.reach(x, y, 1);
+    bool off_a_little = false;
     if (both.first && both.second) {
       const long double off = std::fabs(*both.first - static_cast<long double>(*both.second) / 1000);
       if (off <= kHeightTolerance_m) {
         tally.worst_corner_m = std::max(tally.worst_corner_m, off);
         continue;
       }
+      off_a_little = p.completion_normals == CompletionNormals::kPlane && off <= kCoarseKernelTolerance_m;
     }
     ++tally.corners_turned;
+    if (off_a_little) continue;
     EXPECT_TRUE(close.reach(x, y, 1)) << "corner " << key.first << ", " << key.second << " (half cells): oracle "
                                       << both.first.value_or(oracle::kUnknown) << " m, engine "
                                       << (both.second ? std::to_string(*both.second) : "unknown") << " mm";
@@ -267,6 +281,8 @@ Tally compare(const oracle::Result& truth, const EngineResult& engine, const std
   for (const auto& [key, both] : nodes) {
     const auto& [node, stored] = both;
     ++tally.planes;
+    tally.observed += node.terrain;
+    tally.predicted += node.predicted;
     EXPECT_EQ(node.count, stored.count);
     const bool known = stored.state != NodeState::kUnknown, observed = stored.state == NodeState::kObserved;
     if (known == node.has_final && observed == (node.has_final && node.terrain)) continue;
@@ -312,41 +328,66 @@ struct Case {
   Place place;
 };
 
-class OracleAgreement : public testing::TestWithParam<Case> {};
-
-TEST_P(OracleAgreement, SmallScenes) {
-  const Case& c = GetParam();
+// Rounds of all scenes, each with other points and other parameters.
+std::vector<Parameters> rounds(const Case& c) {
   Parameters p;
   p.node_model = c.model;
   p.completion_normals = c.normals;
   p.resolution_m = c.place.resolution_m;
-  p.min_points = 6;
+  std::vector<Parameters> all(5, p);
+  all[0].min_points = 6;
+  all[1].min_points = 3;  // nearly degenerate nodes
+  all[1].keep_nodes = 3;
+  all[2].min_points = 5;  // far-reaching predictions
+  all[2].kernel_radius = 3;
+  all[2].min_support = 0.5;
+  all[3].min_points = 4;  // steep
+  all[3].slope_max_deg = 35;
+  all[3].plane_distance = 0.25;
+  all[3].keep_nodes = 1;
+  all[4].min_points = 8;  // strict
+  all[4].slope_max_deg = 12;
+  all[4].normal_similarity = 0.01;
+  all[4].terrain_distance_m = 0.05;
+  all[4].below_m = 0.2;
+  return all;
+}
+
+class OracleAgreement : public testing::TestWithParam<Case> {};
+
+TEST_P(OracleAgreement, SmallScenes) {
+  const Case& c = GetParam();
   Tally total;
   std::uint64_t seed = 20260101;
-  for (const Scene& scene : scenes()) {
-    SCOPED_TRACE(std::string(scene.name) + ", seed " + std::to_string(seed));
-    Random random(seed++);
-    std::vector<oracle::Point> points;
-    for (int i = 0; i < scene.points; ++i) {
-      const std::int64_t x = random.below(kSize_mm), y = random.below(kSize_mm);
-      const auto z = scene.echo(random, x, y);
-      if (z) points.push_back({c.place.x_mm + x, c.place.y_mm + y, static_cast<std::int32_t>(c.place.z_mm + *z)});
+  for (const Parameters& p : rounds(c))
+    for (const Scene& scene : scenes()) {
+      SCOPED_TRACE(std::string(scene.name) + ", seed " + std::to_string(seed));
+      Random random(seed++);
+      std::vector<oracle::Point> points;
+      for (int i = 0; i < scene.points; ++i) {
+        const std::int64_t x = random.below(kSize_mm), y = random.below(kSize_mm);
+        const auto z = scene.echo(random, x, y);
+        if (z) points.push_back({c.place.x_mm + x, c.place.y_mm + y, static_cast<std::int32_t>(c.place.z_mm + *z)});
+      }
+      const oracle::Result truth = oracle::run(points, p);
+      total.add(compare(truth, run_engine(points, p, c.place.tile_cells), points, p));
     }
-    const oracle::Result truth = oracle::run(points, p);
-    const Tally tally = compare(truth, run_engine(points, p, c.place.tile_cells), points, p);
-    EXPECT_GT(truth.corners.size(), 50u);
-    total.add(tally);
-  }
   RecordProperty("corners", std::to_string(total.corners));
+  RecordProperty("corners_in_reach", std::to_string(total.corners_in_reach));
   RecordProperty("corners_turned", std::to_string(total.corners_turned));
   RecordProperty("planes_turned", std::to_string(total.planes_turned));
+  RecordProperty("labels", std::to_string(total.labels));
   RecordProperty("labels_turned", std::to_string(total.labels_turned));
   RecordProperty("labels_at_threshold", std::to_string(total.labels_at_threshold));
-  RecordProperty("worst_corner_mm", std::to_string(total.worst_corner_m * 1000));
-  EXPECT_LE(total.corners_turned * 200, total.corners);  // 0.5 %
-  EXPECT_LE(total.planes_turned * 200, total.planes);
-  EXPECT_LE(total.labels_turned * 200, total.labels);
-  EXPECT_LE(total.labels_at_threshold * 50, total.labels);  // 2 %: those within 3 mm of a threshold, at most
+  RecordProperty("worst_corner_mm", std::to_string(static_cast<double>(total.worst_corner_m) * 1000));
+  RecordProperty("observed", std::to_string(total.observed));
+  RecordProperty("predicted", std::to_string(total.predicted));
+  EXPECT_GT(total.observed, 1000);
+  EXPECT_GT(total.predicted, 1000);
+  EXPECT_LE(total.corners_turned * 500, total.corners);  // 0.2 %
+  EXPECT_LE(total.planes_turned * 500, total.planes);
+  EXPECT_LE(total.labels_turned * 500, total.labels);
+  EXPECT_LE(total.labels_at_threshold * 500, total.labels);
 }
 
 std::vector<Case> cases() {
