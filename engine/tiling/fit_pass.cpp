@@ -43,13 +43,13 @@ void fit_corners(const TileField<Node>& nodes, const FitRules& rules, TerrainTil
 NodeSurface finish(const Node& node, std::uint8_t t, const std::array<std::int32_t, 3>& corners, const FitRules& rules) {
   NodeSurface out;
   out.count = static_cast<std::uint16_t>(std::min<std::uint32_t>(node.count, 65535));
-  out.sd_mm = node.sd_mm;
-  if (node.node_class != NodeClass::kTerrain) out.support = node.support;
-  if (node.is_terrain()) out.weight = static_cast<std::uint8_t>((node.weight * 255u + 32768u) >> 16);
   if (std::find(corners.begin(), corners.end(), kUnknownHeight_mm) != corners.end()) return out;
   const FinalPlane plane = FinalPlane::through(t, corners);
   if (plane.rise2_mm2() > rules.steepest_rise2_mm2) return out;
 
+  out.sd_mm = node.sd_mm;
+  if (node.node_class != NodeClass::kTerrain) out.support = node.support;
+  if (node.is_terrain()) out.weight = static_cast<std::uint8_t>((node.weight * 255u + 32768u) >> 16);
   if (node.node_class == NodeClass::kTerrain) {
     out.state = NodeState::kObserved;
   } else if (node.node_class == NodeClass::kPredicted) {
