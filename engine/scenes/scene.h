@@ -15,13 +15,14 @@ namespace btms {
 
 // ASPRS classes used by the scenes.
 enum class SceneClass : std::uint8_t {
+  kUnclassified = 1,  // boulders, furniture, machines
   kGround = 2,
   kLowVegetation = 3,
   kHighVegetation = 5,
   kBuilding = 6,
   kLowNoise = 7,
   kBridgeDeck = 17,
-  kVehicle = 64,   // user-defined range
+  kVehicle = 64,  // user-defined range
   kCeiling = 65,
 };
 
@@ -34,8 +35,8 @@ struct ScenePoint {
 struct SceneOptions {
   std::string name = "city";
   std::uint64_t seed = 1;
-  double density_per_m2 = 10.0;       // last returns per square metre, before occlusion
-  std::uint64_t points = 1'000'000;   // the scene's area follows: points / density
+  double density_per_m2 = 10.0;           // last returns per square metre, before occlusion
+  std::uint64_t points = 1'000'000;       // the scene's area follows: points / density
   double origin_x_m = 0, origin_y_m = 0;  // south-west corner in the map frame
 };
 
@@ -51,7 +52,7 @@ class Scene {
   virtual double height_m() const = 0;  // extent in y
   // Exact height of the bare terrain at a place of the map frame (under buildings, cars and bridges too), metres.
   virtual double ground_z_m(double x_m, double y_m) const = 0;
-  // What covers the terrain at a place, looking from above: kGround where it is open.
+  // What covers the terrain at a place, looking from above: kGround where it is open. A ceiling does not count.
   virtual SceneClass cover(double x_m, double y_m) const = 0;
 
   virtual std::size_t blocks() const = 0;
