@@ -26,6 +26,12 @@ double cut_m(const Street& s, double distance_m) {
   return kCuttingDepth_m * clamp_unit((kCuttingHalf_m - distance_m) / (kCuttingHalf_m - kCuttingBottom_m));
 }
 
+// Everything of a plot: half the streets and the crowns that hang over them too.
+Box reach_of(const Plot& p) {
+  const double out = kPavement_m + 8;
+  return Object{.frame = p.frame, .half_s_m = p.half_s_m + out, .half_t_m = p.half_t_m + out}.bounds();
+}
+
 }  // namespace
 
 City::City(std::uint64_t seed)
@@ -149,11 +155,11 @@ void City::place(const Box& box, std::vector<Object>& objects) const {
   const double dx = box.x1_m - cx, dy = box.y1_m - cy;
   // The bending stretches by 1.2 at most; a crown reaches this far out of its block.
   const double reach = 1.2 * std::sqrt(dx * dx + dy * dy) + 10;
-  const Bent p = bend(cx, cy);
+  const Bent middle = bend(cx, cy);
   Placer placer(*this, box, objects);
-  for (std::int64_t j = row(p.v_m - reach); j <= row(p.v_m + reach) + 1; ++j)
-    for (std::int64_t i = column(p.u_m - reach); i <= column(p.u_m + reach) + 1; ++i) {
-      fill_plot(plot(i, j), placer);
+  for (std::int64_t j = row(middle.v_m - reach); j <= row(middle.v_m + reach) + 1; ++j)
+    for (std::int64_t i = column(middle.u_m - reach); i <= column(middle.u_m + reach) + 1; ++i) {
+      if (const Plot p = plot(i, j); placer.wants(reach_of(p))) fill_plot(p, placer);
       bridge(i, j, placer);
     }
 }

@@ -1,5 +1,5 @@
 // What stands in a block of the city, by its kind. All places are in the block's own frame: s east, t north of its
-// centre.
+// centre. No call draws two numbers in its arguments: their order would be the compiler's choice.
 #include <algorithm>
 #include <cmath>
 
@@ -118,9 +118,9 @@ class Builder {
     const int count = std::max(1, static_cast<int>(r.depth() / 23));
     const double pitch = r.depth() / count;
     for (int k = 0; k < count; ++k) {
-      const double t = r.t0 + k * pitch, shift = random_.uniform(0, 8);
-      building({r.s0 + shift, t, r.s1 - 8 + shift, t + random_.uniform(11, 13.5)}, Form::kSlab,
-               3 * static_cast<double>(4 + random_.below(8)));
+      const double t = r.t0 + k * pitch, shift = random_.uniform(0, 8), depth = random_.uniform(11, 13.5);
+      const int storeys = 4 + random_.below(8);
+      building({r.s0 + shift, t, r.s1 - 8 + shift, t + depth}, Form::kSlab, storeys * 3.0);
       parking(r.s0 + 6, t + 17, r.width() - 12);
       garden({r.s0, t + 15, r.s1, t + pitch}, 4, 4, 3);
     }
@@ -138,10 +138,11 @@ class Builder {
       const double width = random_.uniform(9.5, 12), depth = random_.uniform(9, 12);
       const int roof = random_.below(4);
       const Rect house{s, t, s + width, t + depth};
+      const bool across = random_.chance(0.5);
       if (roof == 0)
         building(house, Form::kSlab, random_.uniform(3.2, 6.5));
       else
-        building(house, roof == 1 ? Form::kHip : Form::kGable, random_.uniform(7, 9.5), random_.chance(0.5));
+        building(house, roof == 1 ? Form::kHip : Form::kGable, random_.uniform(7, 9.5), across);
       if (random_.chance(0.6)) building({s + width, t, s + width + 3.2, t + 6}, Form::kSlab, 2.7);
       if (random_.chance(0.75)) placer_.add(hedge(at((lot.s0 + lot.s1) / 2, lot.t0 + 0.8), random_, w / 2 - 1.2));
       if (random_.chance(0.75))
@@ -153,10 +154,11 @@ class Builder {
   void halls() {
     const Rect r = all().inset(4);
     const double width = std::min(60.0, r.width()), split = r.t0 + r.depth() * random_.uniform(0.5, 0.8);
-    building({r.s0, r.t0, r.s0 + width, split - 4}, random_.chance(0.2) ? Form::kSawtooth : Form::kSlab,
-             random_.uniform(7.5, 12));
+    const Form form = random_.chance(0.2) ? Form::kSawtooth : Form::kSlab;
+    building({r.s0, r.t0, r.s0 + width, split - 4}, form, random_.uniform(7.5, 12));
     if (random_.chance(0.6)) {
-      building({r.s0, split, r.s0 + width * random_.uniform(0.6, 1), r.t1 - 3}, Form::kSlab, random_.uniform(6.5, 9));
+      const double second = width * random_.uniform(0.6, 1);
+      building({r.s0, split, r.s0 + second, r.t1 - 3}, Form::kSlab, random_.uniform(6.5, 9));
     } else {
       for (double t = split; t < r.t1; t += 8) parking(r.s0, t, width);
     }
@@ -181,7 +183,10 @@ class Builder {
     if (r.width() < 3 || r.depth() < 3) return;
     for (int k = 0; k < trees; ++k) placer_.add(tree(somewhere(r), random_, 5, 17, 0.75));
     for (int k = 0; k < bushes; ++k) placer_.add(bush(somewhere(r), random_));
-    for (int k = 0; k < hedges; ++k) placer_.add(hedge(somewhere(r.inset(1)), random_, random_.uniform(2, 7)));
+    for (int k = 0; k < hedges; ++k) {
+      const Frame place = somewhere(r.inset(1));
+      placer_.add(hedge(place, random_, random_.uniform(2, 7)));
+    }
   }
 
   void car(const Frame& place) {

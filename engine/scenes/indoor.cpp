@@ -93,12 +93,12 @@ class Indoor final : public World {
     const double back0 = r.door_south ? r.y0_m + 4.9 : r.y0_m + 0.7, back1 = back0 + 1.4;
     const double to_door = r.door_south ? -1 : 1;
     for (double x = r.x0_m + 0.9; x < x1 - 1; x += random.uniform(1.9, 2.8)) {
-      const double y = random.uniform(back0, back1);
+      const double y = random.uniform(back0, back1), half_s = random.uniform(0.5, 0.75);
       if (random.chance(0.55)) {  // a table: a thin top that lets something through beside its edges
-        furniture(x, y, random.uniform(0.5, 0.8), random.uniform(0.35, 0.5), 0.74, 0.85, 0.02, placer);
+        furniture(x, y, half_s, random.uniform(0.35, 0.5), 0.74, 0.85, 0.02, placer);
         furniture(x + 0.2, y + 0.75 * to_door, 0.24, 0.24, 0.46, 0.9, 0.1, placer);  // its chair
       } else {
-        furniture(x, y, random.uniform(0.4, 0.6), 0.25, random.uniform(0.9, 2.1), 1, 0.1, placer);  // a cupboard
+        furniture(x, y, half_s - 0.15, 0.25, random.uniform(0.9, 2.1), 1, 0.1, placer);  // a cupboard
       }
     }
   }

@@ -17,7 +17,12 @@ constexpr double clamp_unit(double t) { return t < 0 ? 0 : t > 1 ? 1 : t; }
 // [-1, 1], one value every wavelength. Steepest slope: 3.75 / wavelength.
 class Noise {
  public:
-  constexpr Noise(std::uint64_t seed, double wavelength_m) : seed_(mix(seed + kGolden)), frequency_(1 / wavelength_m) {}
+  Noise(std::uint64_t seed, double wavelength_m) : seed_(mix(seed + kGolden)), frequency_(1 / wavelength_m) {
+    // Each layer is turned by its own angle, so that the lattices of a sum do not show.
+    const double t = unit(mix(seed_)), n = 1 + t * t;
+    c_ = (1 - t * t) / n * frequency_;
+    s_ = 2 * t / n * frequency_;
+  }
 
   double at(double x_m) const {
     const double p = x_m * frequency_, cell = std::floor(p), t = fade(p - cell);
@@ -31,7 +36,7 @@ class Noise {
     return (value(i + 1, 0) - value(i, 0)) * fade_slope(p - cell) * frequency_;
   }
   double at(double x_m, double y_m) const {
-    const double p = x_m * frequency_, q = y_m * frequency_;
+    const double p = c_ * x_m + s_ * y_m, q = c_ * y_m - s_ * x_m;
     const double cell_p = std::floor(p), cell_q = std::floor(q), s = fade(p - cell_p), t = fade(q - cell_q);
     const auto i = static_cast<std::int64_t>(cell_p), j = static_cast<std::int64_t>(cell_q);
     const double a = value(i, j), b = value(i + 1, j), c = value(i, j + 1), d = value(i + 1, j + 1);
@@ -46,6 +51,7 @@ class Noise {
 
   std::uint64_t seed_;
   double frequency_;
+  double c_, s_;  // the turn, times the frequency
 };
 
 }  // namespace btms

@@ -11,13 +11,14 @@ namespace btms {
 namespace {
 
 constexpr double kPitch_m = 300;   // from pit to pit
-constexpr double kRadius_m = 105;  // of the rim, before it is made irregular
+constexpr double kRadius_m = 105;  // of the rim, on the average
+constexpr double kUneven_m = 9;    // how far the rim strays
 constexpr double kBench_m = 9;     // height of a cliff
 constexpr double kShelf_m = 15;    // from the foot of a cliff to the edge of the next
 constexpr double kCliff_m = 2;     // how far a cliff goes forward: 77 degrees
 constexpr int kBenches = 4;
 constexpr double kRampHalf_m = 6, kRampTop_m = 135, kRampFoot_m = 20, kRampSide = 1.2;
-constexpr double kHeapPitch_m = 50;
+constexpr double kHeapPitch_m = 40, kRepose = 0.7;
 
 class Quarry final : public World {
  public:
@@ -69,7 +70,7 @@ class Quarry final : public World {
     const Centre p = centre(x, y);
     const double distance = distance_from(p, x, y);
     if (distance > kRampTop_m + kRampHalf_m) return 0;  // short of the cell's sides
-    const double inside = kRadius_m + 9 * edge_.at(x, y) - distance;
+    const double inside = kRadius_m + kUneven_m * edge_.at(x, y) - distance;
     double depth = 0;
     for (int k = 0; k < kBenches; ++k) depth += kBench_m * clamp_unit((inside - k * (kShelf_m + kCliff_m)) / kCliff_m);
     const double dx = x - p.x_m, dy = y - p.y_m;
@@ -81,18 +82,25 @@ class Quarry final : public World {
     return std::clamp(depth, ramp - side, ramp + side);
   }
 
+  // Whether a circle may touch the pit or its ramp.
+  bool near_pit(double x, double y, double radius_m) const {
+    const Centre p = centre(x, y);
+    const double dx = x - p.x_m, dy = y - p.y_m;
+    const bool on_ramp = p.c * dx + p.s * dy > 0 && std::abs(p.c * dy - p.s * dx) < 2 * kRampHalf_m + radius_m;
+    return distance_from(p, x, y) < (on_ramp ? kRampTop_m + kRampHalf_m : kRadius_m + kUneven_m) + radius_m;
+  }
+
   // Cones at the angle of repose, each within its own cell.
   double heaps_m(double x, double y) const {
     const auto i = static_cast<std::int64_t>(std::floor(x / kHeapPitch_m));
     const auto j = static_cast<std::int64_t>(std::floor(y / kHeapPitch_m));
     Random random(hash_at(seed_ + 10, i, j));
-    if (!random.chance(0.6)) return 0;
+    if (!random.chance(0.7)) return 0;
     const double height = random.uniform(4, 11),
-                 cx = (static_cast<double>(i) + random.uniform(0.35, 0.65)) * kHeapPitch_m;
-    const double cy = (static_cast<double>(j) + random.uniform(0.35, 0.65)) * kHeapPitch_m;
-    if (distance_m(cx, cy) < kRampTop_m + 22) return 0;  // the foot keeps clear of the pit
+                 cx = (static_cast<double>(i) + random.uniform(0.41, 0.59)) * kHeapPitch_m;
+    const double cy = (static_cast<double>(j) + random.uniform(0.41, 0.59)) * kHeapPitch_m;
+    if (near_pit(cx, cy, height / kRepose)) return 0;
     const double dx = x - cx, dy = y - cy;
-    constexpr double kRepose = 0.7;
     return std::max(0.0, height - kRepose * std::sqrt(dx * dx + dy * dy));
   }
 
