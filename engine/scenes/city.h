@@ -27,7 +27,7 @@ struct Plot {
 };
 
 inline constexpr double kKerb_m = 0.12;
-inline constexpr double kPavement_m = 3;
+inline constexpr double kPavement_m = 2.5;
 inline constexpr double kCuttingHalf_m = 14, kCuttingBottom_m = 5, kCuttingDepth_m = 6;
 
 class City final : public World {

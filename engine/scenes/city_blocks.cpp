@@ -99,7 +99,7 @@ class Builder {
 
   void courtyard() {
     const Rect r = all();
-    const double d = random_.uniform(12, 15), typical = random_.uniform(12, 19);
+    const double d = random_.uniform(13, 16), typical = random_.uniform(12, 19);
     front({r.s0, r.t0, r.s1, r.t0 + d}, false, typical);
     front({r.s0, r.t1 - d, r.s1, r.t1}, false, typical);
     front({r.s0, r.t0 + d, r.s0 + d, r.t1 - d}, true, typical);
@@ -118,11 +118,11 @@ class Builder {
     const int count = std::max(1, static_cast<int>(r.depth() / 23));
     const double pitch = r.depth() / count;
     for (int k = 0; k < count; ++k) {
-      const double t = r.t0 + k * pitch, shift = random_.uniform(0, 8), depth = random_.uniform(11, 13.5);
+      const double t = r.t0 + k * pitch, shift = random_.uniform(0, 8), depth = random_.uniform(12, 15);
       const int storeys = 4 + random_.below(8);
       building({r.s0 + shift, t, r.s1 - 8 + shift, t + depth}, Form::kSlab, storeys * 3.0);
-      parking(r.s0 + 6, t + 17, r.width() - 12);
-      garden({r.s0, t + 15, r.s1, t + pitch}, 4, 4, 3);
+      parking(r.s0 + 6, t + 18, r.width() - 12);
+      garden({r.s0, t + 16, r.s1, t + pitch}, 4, 4, 3);
     }
   }
 
@@ -132,8 +132,8 @@ class Builder {
               rows = std::max(1, static_cast<int>(r.depth() / 20));
     const double w = r.width() / columns, d = r.depth() / rows;
     for (int k = 0; k < columns * rows; ++k) {
-      const Rect lot{r.s0 + w * (k % columns), r.t0 + d * (k / columns), r.s0 + w * (k % columns + 1),
-                     r.t0 + d * (k / columns + 1)};
+      const int column = k % columns, row = k / columns;
+      const Rect lot{r.s0 + w * column, r.t0 + d * row, r.s0 + w * (column + 1), r.t0 + d * (row + 1)};
       const double s = lot.s0 + random_.uniform(1.5, 3), t = lot.t0 + random_.uniform(2.5, 5);
       const double width = random_.uniform(9.5, 12), depth = random_.uniform(9, 12);
       const int roof = random_.below(4);
@@ -157,7 +157,7 @@ class Builder {
     const Form form = random_.chance(0.2) ? Form::kSawtooth : Form::kSlab;
     building({r.s0, r.t0, r.s0 + width, split - 4}, form, random_.uniform(7.5, 12));
     if (random_.chance(0.6)) {
-      const double second = width * random_.uniform(0.6, 1);
+      const double second = width * random_.uniform(0.7, 1);
       building({r.s0, split, r.s0 + second, r.t1 - 3}, Form::kSlab, random_.uniform(6.5, 9));
     } else {
       for (double t = split; t < r.t1; t += 8) parking(r.s0, t, width);
