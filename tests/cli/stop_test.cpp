@@ -61,11 +61,13 @@ TEST_F(CliStop, AnInterruptedRebuildLeavesTheOlderMap) {
 
 TEST_F(CliStop, InterruptedSynthAndLabelLeaveNoPartOfAFile) {
   const TempFolder out;
-  if (interrupt({"synth", "--points", "20000000", "-o", out / "synth"}, 100, SIGINT))
+  if (interrupt({"synth", "--points", "20000000", "-o", out / "synth"}, 100, SIGINT)) {
     EXPECT_TRUE(names_in(out / "synth").empty());
+  }
   run_json({"build", *folder_ / "truth", "-o", out / "map.btms"});
-  if (interrupt({"label", out / "map.btms", *folder_ / "truth", "-o", out / "labels", "-j", "1"}, 60, SIGINT))
+  if (interrupt({"label", out / "map.btms", *folder_ / "truth", "-o", out / "labels", "-j", "1"}, 60, SIGINT)) {
     EXPECT_TRUE(!fs::exists(out / "labels") || names_in(out / "labels").empty());
+  }
 }
 
 }  // namespace
