@@ -3,9 +3,8 @@
 // cut into tiles of five cells.
 //
 // The engine rounds between its steps, the oracle does not. What may differ for that reason:
-//   heights   corner heights by up to 3 mm where both know the corner. Plane-mode completion rounds its kernel values
-//   to
-//             2^-12 in second moments, coarse where the support is small: about one corner in 3000 is off by more, by
+//   heights   corner heights by up to 3 mm where both know the corner. Plane-mode completion rounds kernel values to
+//             2^-12 in second moments, coarse where the support is small: about one corner in 2000 is off by more, by
 //             up to 7.5 mm (none with 2^-16). Counted, bounded, and never more than 10 mm;
 //   labels    of points whose distance to the plane is within 3 mm of eps3 or of below_m;
 //   decisions of nodes the oracle marks as close calls (an edge, a slope or a support within the rounding of its
