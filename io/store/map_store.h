@@ -1,5 +1,5 @@
-// The map on disk: a folder NAME.btms of immutable HDF5 shards, a manifest, and map.nc, one virtual file over all shards.
-// Format: docs/store_format.md. HDF5 stays inside io/store.
+// The map on disk: a folder NAME.btms of immutable HDF5 shards, a manifest, and map.nc, one virtual file over all
+// shards. Format: docs/store_format.md. HDF5 stays inside io/store.
 #pragma once
 
 #include <cstdint>
@@ -24,30 +24,35 @@ struct InputRecord {
 struct MapInfo {
   MapLayout layout;
   Parameters parameters;
-  std::string preset;               // name the parameters started from, or empty
-  std::string crs_wkt;              // WKT2 with its EPSG id where there is one, or empty
+  std::string preset;   // name the parameters started from, or empty
+  std::string crs_wkt;  // WKT2 with its EPSG id where there is one, or empty
   std::vector<InputRecord> inputs;
-  Digest digest;                    // of the decoded content of all shards
+  Digest digest;  // of the decoded content of all shards
   std::uint64_t revision = 1;
   std::uint64_t points = 0, dropped = 0;
 };
 
 // Writes one revision of a map. put() is thread-safe: tiles are encoded in the calling thread, only the HDF5 call is
-// serialised. A shard is one tile, or a block of tiles when tiles are small; it is written under a temporary name, closed
-// with every return code checked, fsynced and renamed. Nothing of the map can be opened before publish(); a writer that is
-// destroyed before it removes what it has written (an older map in the same folder is left as it was).
+// serialised. A shard is one tile, or a block of tiles when tiles are small; it is written under a temporary name,
+// closed with every return code checked, fsynced and renamed. Nothing of the map can be opened before publish(); a
+// writer that is destroyed before it removes what it has written (an older map in the same folder is left as it was).
+// Tiles with an empty box are not stored.
 class MapWriter : public TileSink {
  public:
-  // `rank` keeps temporary names of several processes apart. Throws Error(kFailed), or Error(kUsage) when `folder` exists
-  // and is not a map.
-  static std::unique_ptr<MapWriter> create(const std::filesystem::path& folder, const MapLayout& layout, int rank = 0);
+  // `rank` keeps temporary names of several processes apart. `crs`, WKT or "EPSG:n", georeferences the shards; give the
+  // same to publish(). Throws Error(kFailed), Error(kUsage) when `folder` exists and is not a map, or what
+  // describe_crs() throws.
+  static std::unique_ptr<MapWriter> create(const std::filesystem::path& folder, const MapLayout& layout, int rank = 0,
+                                           const std::string& crs = {});
 
-  // Writes the shards that are still incomplete, and returns this rank's manifest entries as bytes. Call once, after the
-  // last put(). With several ranks every tile of a shard must have been put on the same rank (see shard_of).
+  // Writes the shards that are still incomplete, and returns this rank's manifest entries as bytes. Call once, after
+  // the last put(). With several ranks every tile of a shard must have been put on the same rank (see shard_of).
+  // Afterwards the shards of ranks other than 0 are in rank 0's care. Throws Error(kFailed) when a put() has failed.
   virtual std::vector<std::uint8_t> finish() = 0;
 
-  // Rank 0: writes manifest and map.nc from every rank's finish() bytes, and renames the manifest into place: the commit
-  // point. Shards of an older revision are deleted after that.
+  // Rank 0: writes manifest and map.nc from every rank's finish() bytes, and renames the manifest into place: the
+  // commit point. Shards of an older revision are deleted after that. Layout, revision and digest of `info` are filled
+  // in here, and its CRS is normalised. Every rank must have finished.
   virtual void publish(const MapInfo& info, const std::vector<std::vector<std::uint8_t>>& entries) = 0;
 };
 

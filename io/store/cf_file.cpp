@@ -1,0 +1,168 @@
+#include "io/store/cf_file.h"
+
+#include <hdf5_hl.h>
+
+#include "io/store/cf_attributes.h"
+
+namespace btms {
+namespace {
+
+constexpr unsigned kOrder = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
+
+Hdf5Properties dataset_properties() {
+  Hdf5Properties p(H5Pcreate(H5P_DATASET_CREATE), "create dataset properties");
+  hdf5_check(H5Pset_attr_creation_order(p.get(), kOrder), "set attribute order");
+  hdf5_check(H5Pset_obj_track_times(p.get(), false), "set times");
+  return p;
+}
+
+hid_t file_type(Element e) {
+  switch (e) {
+    case Element::kF32:
+      return H5T_IEEE_F32LE;
+    case Element::kI32:
+      return H5T_STD_I32LE;
+    case Element::kU16:
+      return H5T_STD_U16LE;
+    default:
+      return H5T_STD_U8LE;
+  }
+}
+
+void attach(const Hdf5Dataset& layer, const Hdf5Dataset& axis, unsigned dimension) {
+  hdf5_check(H5DSattach_scale(layer.get(), axis.get(), dimension), "attach an axis");
+}
+
+void describe_states(hid_t layer) {
+  constexpr std::uint8_t kValues[] = {0, 1, 2, 3};
+  write_numbers(layer, "flag_values", H5T_STD_U8LE, kValues, 4);
+  write_text(layer, "flag_meanings", "unknown observed predicted obstacle");
+}
+
+}  // namespace
+
+Hdf5Space layer_space(const LayerInfo& layer, const LayerShape& s) {
+  const hsize_t extent[] = {s.planes, s.rows, s.cols};
+  const bool planes = layer.raster == Raster::kPerTriangle;
+  return {H5Screate_simple(planes ? 3 : 2, planes ? extent : extent + 1, nullptr), "create a space"};
+}
+
+CfFile::CfFile(const CellBox& box, std::int32_t resolution_mm, const std::optional<Crs>& crs) : box_(box), crs_(crs) {
+  write_text(image_.file(), "Conventions", "CF-1.8");
+  write_text(image_.file(), "title", "B-TMS terrain map");
+  const std::int32_t version = kSchemaVersion;
+  write_numbers(image_.file(), "schema_version", H5T_STD_I32LE, &version);
+  const Hdf5Properties group(H5Pcreate(H5P_GROUP_CREATE), "create group properties");
+  hdf5_check(H5Pset_link_creation_order(group.get(), kOrder), "set link order");
+  hdf5_check(H5Pset_attr_creation_order(group.get(), kOrder), "set attribute order");
+  hdf5_check(H5Pset_obj_track_times(group.get(), false), "set times");
+  if (crs_) add_crs();
+  tgf_ = Hdf5Group(H5Gcreate2(image_.file(), "tgf", H5P_DEFAULT, group.get(), H5P_DEFAULT), "create a group");
+  add_axes(box, resolution_mm);
+}
+
+void CfFile::add_crs() {
+  const Hdf5Space space(H5Screate(H5S_SCALAR), "create a space");
+  const Hdf5Properties p = dataset_properties();
+  Hdf5Dataset crs(H5Dcreate2(image_.file(), "crs", H5T_STD_I32LE, space.get(), H5P_DEFAULT, p.get(), H5P_DEFAULT),
+                  "create crs");
+  if (!crs_->grid_mapping_name.empty()) write_text(crs.get(), "grid_mapping_name", crs_->grid_mapping_name);
+  for (const auto& [name, value] : crs_->parameters) write_number(crs.get(), name.c_str(), value);
+  write_text(crs.get(), "crs_wkt", crs_->wkt);
+  const std::int32_t nothing = 0;
+  hdf5_check(H5Dwrite(crs.get(), H5T_STD_I32LE, H5S_ALL, H5S_ALL, H5P_DEFAULT, &nothing), "write crs");
+  crs.close();
+}
+
+Hdf5Dataset CfFile::add_axis(hid_t place, const char* name, bool north_south, const std::vector<double>& values) {
+  const hsize_t extent = values.size();
+  const Hdf5Space space(H5Screate_simple(1, &extent, nullptr), "create a space");
+  const Hdf5Properties p = dataset_properties();
+  Hdf5Dataset axis(H5Dcreate2(place, name, H5T_IEEE_F64LE, space.get(), H5P_DEFAULT, p.get(), H5P_DEFAULT),
+                   "create an axis");
+  hdf5_check(H5Dwrite(axis.get(), H5T_IEEE_F64LE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "write an axis");
+  hdf5_check(H5DSset_scale(axis.get(), name), "make an axis");
+  const bool degrees = crs_ && crs_->is_geographic;
+  const double unit_m = crs_ ? crs_->linear_unit_m : 1;
+  write_text(axis.get(), "standard_name",
+             degrees ? (north_south ? "latitude" : "longitude")
+                     : (north_south ? "projection_y_coordinate" : "projection_x_coordinate"));
+  // 0.3048 m is the foot; the other foot in use is the US survey foot.
+  write_text(axis.get(), "units",
+             degrees            ? (north_south ? "degrees_north" : "degrees_east")
+             : unit_m == 1      ? "m"
+             : unit_m == 0.3048 ? "foot"
+                                : "US_survey_foot");
+  write_text(axis.get(), "axis", north_south ? "Y" : "X");
+  write_text(axis.get(), "long_name", north_south ? "northing" : "easting");
+  return axis;
+}
+
+void CfFile::add_axes(const CellBox& box, std::int32_t resolution_mm) {
+  // Coordinates of cells first + i * step (+ half a cell), in units of the coordinate reference system.
+  const double unit_mm = 1000 * (crs_ ? crs_->linear_unit_m : 1);
+  const auto steps = [&](std::int64_t first, int step, std::int64_t n, std::int32_t shift_mm) {
+    std::vector<double> v(static_cast<std::size_t>(n));
+    for (std::int64_t i = 0; i < n; ++i)
+      v[static_cast<std::size_t>(i)] = static_cast<double>((first + i * step) * resolution_mm + shift_mm) / unit_mm;
+    return v;
+  };
+  const std::int32_t half_mm = resolution_mm / 2;
+  const hid_t root = image_.file(), tgf = tgf_.get();
+  y_ = add_axis(root, "y", true, steps(std::int64_t{box.row1} - 1, -1, box.rows(), half_mm));
+  x_ = add_axis(root, "x", false, steps(box.col0, 1, box.cols(), half_mm));
+  y_corner_ = add_axis(tgf, "y_corner", true, steps(box.row1, -1, box.rows() + 1, 0));
+  x_corner_ = add_axis(tgf, "x_corner", false, steps(box.col0, 1, box.cols() + 1, 0));
+
+  const hsize_t triangles = kTriangles;
+  const Hdf5Space space(H5Screate_simple(1, &triangles, nullptr), "create a space");
+  const Hdf5Properties p = dataset_properties();
+  tri_ = Hdf5Dataset(H5Dcreate2(tgf, "tri", H5T_STD_U8LE, space.get(), H5P_DEFAULT, p.get(), H5P_DEFAULT),
+                     "create an axis");
+  constexpr std::uint8_t kValues[] = {kEast, kNorth, kWest, kSouth};
+  hdf5_check(H5Dwrite(tri_.get(), H5T_STD_U8LE, H5S_ALL, H5S_ALL, H5P_DEFAULT, kValues), "write an axis");
+  hdf5_check(H5DSset_scale(tri_.get(), "tri"), "make an axis");
+  write_text(tri_.get(), "long_name", "triangle of the square");
+  write_numbers(tri_.get(), "flag_values", H5T_STD_U8LE, kValues, kTriangles);
+  write_text(tri_.get(), "flag_meanings", "east north west south");
+}
+
+Hdf5Dataset CfFile::add_layer(const LayerInfo& layer, const std::function<void(hid_t)>& storage) {
+  const Hdf5Properties p = dataset_properties();
+  const std::vector<std::uint8_t> fill = fill_value(layer);
+  const hid_t type = file_type(layer.element);
+  hdf5_check(H5Pset_fill_value(p.get(), type, fill.data()), "set a fill value");
+  storage(p.get());
+  const Hdf5Space space = layer_space(layer, layer_shape(layer, box_));
+  Hdf5Dataset data(H5Dcreate2(layer.in_tgf ? tgf_.get() : image_.file(), layer.name, type, space.get(), H5P_DEFAULT,
+                              p.get(), H5P_DEFAULT),
+                   "create a layer");
+  if (layer.marks_missing) write_numbers(data.get(), "_FillValue", type, fill.data());
+  write_text(data.get(), "long_name", layer.long_name);
+  if (layer.units) write_text(data.get(), "units", layer.units);
+  if (layer.scale != 0) {
+    write_number(data.get(), "scale_factor", layer.scale);
+    write_number(data.get(), "add_offset", 0);
+  }
+  if (layer.id == LayerId::kClass || layer.id == LayerId::kState) describe_states(data.get());
+  if (layer.id == LayerId::kElevation) {
+    if (crs_ && !crs_->height_standard_name.empty())
+      write_text(data.get(), "standard_name", crs_->height_standard_name);
+    write_text(data.get(), "ancillary_variables", "elevation_sd class");
+  }
+  if (crs_) write_text(data.get(), "grid_mapping", "crs");
+
+  const bool planes = layer.raster == Raster::kPerTriangle, corners = layer.raster == Raster::kPerCorner;
+  if (planes) attach(data, tri_, 0);
+  attach(data, corners ? y_corner_ : y_, planes ? 1 : 0);
+  attach(data, corners ? x_corner_ : x_, planes ? 2 : 1);
+  return data;
+}
+
+std::vector<std::uint8_t> CfFile::finish() {
+  for (Hdf5Dataset* d : {&x_, &y_, &tri_, &x_corner_, &y_corner_}) d->close();
+  tgf_.close();
+  return image_.finish();
+}
+
+}  // namespace btms

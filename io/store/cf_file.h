@@ -1,0 +1,46 @@
+// A CF/NetCDF-4 file, built with HDF5 itself: title, axes, coordinate reference system and layers over one box of
+// squares. docs/store_format.md says what each attribute is for and who breaks without it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "engine/lattice/tiles.h"
+#include "io/store/crs.h"
+#include "io/store/hdf5_image.h"
+#include "io/store/layers.h"
+
+namespace btms {
+
+inline constexpr int kSchemaVersion = 1;
+
+class CfFile {
+ public:
+  // Creates axes, the group tgf and, where one is given, the crs variable. Throws Error(kFailed), like all of it.
+  CfFile(const CellBox& box, std::int32_t resolution_mm, const std::optional<Crs>& crs);
+
+  // Adds a layer. `storage` completes its dataset creation properties (chunks and filters, or virtual sources).
+  Hdf5Dataset add_layer(const LayerInfo& layer, const std::function<void(hid_t properties)>& storage);
+
+  // Closes everything and returns the file's bytes. Every dataset handle must have been closed.
+  std::vector<std::uint8_t> finish();
+
+ private:
+  void add_axes(const CellBox& box, std::int32_t resolution_mm);
+  void add_crs();
+  Hdf5Dataset add_axis(hid_t place, const char* name, bool north_south, const std::vector<double>& values);
+
+  CellBox box_;
+  std::optional<Crs> crs_;
+  QuietHdf5 quiet_;
+  Hdf5Image image_;
+  Hdf5Group tgf_;
+  Hdf5Dataset x_, y_, tri_, x_corner_, y_corner_;
+};
+
+// Dataspace of a layer.
+Hdf5Space layer_space(const LayerInfo& layer, const LayerShape& shape);
+
+}  // namespace btms

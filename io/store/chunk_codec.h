@@ -1,0 +1,46 @@
+// The bytes of one HDF5 chunk, made and read without the HDF5 library: byte shuffle, zlib stream, Fletcher-32, exactly
+// as its stock filters would write them, but in the calling thread and outside of the library's lock.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace btms {
+
+inline constexpr int kDeflateLevel = 1;  // higher levels buy 2 % at twice the time
+
+// HDF5's variant of Fletcher-32 (16-bit big-endian words).
+std::uint32_t fletcher32(std::span<const std::uint8_t> bytes);
+
+// Holds the compressor's state; use one per thread at a time. Bytes depend on the libdeflate version, values don't.
+class ChunkEncoder {
+ public:
+  ChunkEncoder();
+  ~ChunkEncoder();
+  ChunkEncoder(const ChunkEncoder&) = delete;
+  ChunkEncoder& operator=(const ChunkEncoder&) = delete;
+  // Throws Error(kFailed) when out of memory.
+  std::vector<std::uint8_t> encode(std::span<const std::uint8_t> values, std::size_t element_bytes);
+
+ private:
+  void* compressor_;
+  std::vector<std::uint8_t> shuffled_;
+};
+
+class ChunkDecoder {
+ public:
+  ChunkDecoder();
+  ~ChunkDecoder();
+  ChunkDecoder(const ChunkDecoder&) = delete;
+  ChunkDecoder& operator=(const ChunkDecoder&) = delete;
+  // False when the bytes are not a chunk of exactly values.size() bytes.
+  bool decode(std::span<const std::uint8_t> stored, std::size_t element_bytes, std::span<std::uint8_t> values);
+
+ private:
+  void* decompressor_;
+  std::vector<std::uint8_t> shuffled_;
+};
+
+}  // namespace btms

@@ -1,0 +1,38 @@
+// Rasters cut into chunks of equal shape; chunks that reach over the edge are filled up.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "io/store/layers.h"
+
+namespace btms {
+
+// Copies between a raster and one chunk, row by row: copy(raster bytes, chunk bytes, length) for the part both cover.
+template <class Copy>
+void each_chunk_row(const LayerShape& raster, const LayerShape& chunk, std::size_t row0, std::size_t col0,
+                    std::size_t element, Copy&& copy) {
+  const std::size_t rows = std::min(chunk.rows, raster.rows - row0), cols = std::min(chunk.cols, raster.cols - col0);
+  for (std::size_t plane = 0; plane < raster.planes; ++plane)
+    for (std::size_t row = 0; row < rows; ++row)
+      copy(((plane * raster.rows + row0 + row) * raster.cols + col0) * element,
+           (plane * chunk.rows + row) * chunk.cols * element, cols * element);
+}
+
+// Calls fn(row0, col0) for every chunk.
+template <class Fn>
+void each_chunk(const LayerShape& raster, const LayerShape& chunk, Fn&& fn) {
+  for (std::size_t row0 = 0; row0 < raster.rows; row0 += chunk.rows)
+    for (std::size_t col0 = 0; col0 < raster.cols; col0 += chunk.cols) fn(row0, col0);
+}
+
+// `bytes` filled with copies of `value`.
+inline void fill_with(std::span<std::uint8_t> bytes, std::span<const std::uint8_t> value) {
+  for (std::size_t i = 0; i < bytes.size(); i += value.size())
+    std::memcpy(bytes.data() + i, value.data(), value.size());
+}
+
+}  // namespace btms

@@ -1,0 +1,178 @@
+#include "io/store/layers.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "io/store/gis_layers.h"
+
+namespace btms {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "rasters are stored little-endian");
+
+constexpr std::size_t kChunkCells = 128;
+
+constexpr LayerInfo kLayers[] = {
+    {LayerId::kElevation, "elevation", false, Raster::kPerSquare, Element::kF32, 0, "m",
+     "height of the terrain at the square's centre", true},
+    {LayerId::kElevationSd, "elevation_sd", false, Raster::kPerSquare, Element::kF32, 0, "m",
+     "standard deviation of the height, mean over the square's triangles", true},
+    {LayerId::kSlope, "slope", false, Raster::kPerSquare, Element::kF32, 0, "degree",
+     "slope of the steepest of the square's triangles", true},
+    {LayerId::kClass, "class", false, Raster::kPerSquare, Element::kU8, 0, nullptr, "kind of terrain", true},
+    {LayerId::kCornerHeight, "corner_height", true, Raster::kPerCorner, Element::kI32, 0.001, "m",
+     "height of the surface at the corners of the squares", true},
+    {LayerId::kCentreHeight, "centre_height", true, Raster::kPerSquare, Element::kI32, 0.001, "m",
+     "height of the surface at the centres of the squares", true},
+    {LayerId::kState, "state", true, Raster::kPerTriangle, Element::kU8, 0, nullptr, "kind of terrain", false},
+    {LayerId::kWeight, "weight", true, Raster::kPerTriangle, Element::kU8, 1.0 / 255, "1", "traversability weight",
+     false},
+    {LayerId::kCount, "count", true, Raster::kPerTriangle, Element::kU16, 0, "1", "points, 65535 is that many or more",
+     false},
+    {LayerId::kSupport, "support", true, Raster::kPerTriangle, Element::kU16, 1.0 / 256, "1",
+     "sum of kernel values behind a prediction", false},
+    {LayerId::kSd, "sd", true, Raster::kPerTriangle, Element::kU16, 0.001, "m", "standard deviation of the height",
+     false},
+};
+
+// fn(plane, file row, col) -> value, in the order of the file.
+template <class T, class Fn>
+std::vector<std::uint8_t> fill_raster(const LayerShape& s, Fn&& fn) {
+  std::vector<std::uint8_t> out(s.elements() * sizeof(T));
+  std::uint8_t* p = out.data();
+  for (std::size_t plane = 0; plane < s.planes; ++plane)
+    for (std::size_t row = 0; row < s.rows; ++row)
+      for (std::size_t col = 0; col < s.cols; ++col, p += sizeof(T)) {
+        const T value = fn(plane, row, col);
+        std::memcpy(p, &value, sizeof value);
+      }
+  return out;
+}
+
+template <class T, class Fn>
+void each_value(const LayerShape& s, std::span<const std::uint8_t> values, Fn&& fn) {
+  const std::uint8_t* p = values.data();
+  for (std::size_t plane = 0; plane < s.planes; ++plane)
+    for (std::size_t row = 0; row < s.rows; ++row)
+      for (std::size_t col = 0; col < s.cols; ++col, p += sizeof(T)) {
+        T value;
+        std::memcpy(&value, p, sizeof value);
+        fn(plane, row, col, value);
+      }
+}
+
+// Index of a raster element in the tile's own, south-first order.
+std::size_t flipped(const LayerShape& s, std::size_t row, std::size_t col) { return (s.rows - 1 - row) * s.cols + col; }
+
+template <class T, class Get>
+std::vector<std::uint8_t> gather_nodes(const LayerShape& s, const TerrainTile& tile, Get&& get) {
+  return fill_raster<T>(s, [&](std::size_t t, std::size_t row, std::size_t col) {
+    return static_cast<T>(get(tile.nodes[flipped(s, row, col) * kTriangles + t]));
+  });
+}
+
+}  // namespace
+
+std::span<const LayerInfo> layer_table() { return kLayers; }
+
+std::vector<std::uint8_t> fill_value(const LayerInfo& layer) {
+  std::vector<std::uint8_t> bytes(element_bytes(layer.element), 0);
+  if (!layer.marks_missing) return bytes;
+  switch (layer.element) {
+    case Element::kF32: {
+      constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+      std::memcpy(bytes.data(), &kNan, sizeof kNan);
+      break;
+    }
+    case Element::kI32:
+      std::memcpy(bytes.data(), &kUnknownHeight_mm, sizeof kUnknownHeight_mm);
+      break;
+    default:
+      std::fill(bytes.begin(), bytes.end(), std::uint8_t{255});
+  }
+  return bytes;
+}
+
+LayerShape layer_shape(const LayerInfo& layer, const CellBox& box) {
+  const std::size_t extra = layer.raster == Raster::kPerCorner ? 1 : 0;
+  return {layer.raster == Raster::kPerTriangle ? std::size_t{kTriangles} : 1,
+          static_cast<std::size_t>(box.rows()) + extra, static_cast<std::size_t>(box.cols()) + extra};
+}
+
+LayerShape chunk_shape(const LayerInfo& layer, const CellBox& box) {
+  const std::size_t limit = kChunkCells + (layer.raster == Raster::kPerCorner ? 1 : 0);
+  LayerShape s = layer_shape(layer, box);
+  s.rows = std::min(s.rows, limit);
+  s.cols = std::min(s.cols, limit);
+  return s;
+}
+
+std::vector<std::uint8_t> gather(const LayerInfo& layer, const TerrainTile& tile) {
+  const LayerShape s = layer_shape(layer, tile.box);
+  const auto squares = [&](auto value_of) {
+    return
+        [&, value_of](std::size_t, std::size_t row, std::size_t col) { return value_of(tile, flipped(s, row, col)); };
+  };
+  switch (layer.id) {
+    case LayerId::kElevation:
+      return fill_raster<float>(s, squares(square_elevation_m));
+    case LayerId::kElevationSd:
+      return fill_raster<float>(s, squares(square_sd_m));
+    case LayerId::kSlope:
+      return fill_raster<float>(s, squares(square_slope_deg));
+    case LayerId::kClass:
+      return fill_raster<std::uint8_t>(s, squares(square_class));
+    case LayerId::kCornerHeight:
+      return fill_raster<std::int32_t>(
+          s, [&](std::size_t, std::size_t row, std::size_t col) { return tile.corner_mm[flipped(s, row, col)]; });
+    case LayerId::kCentreHeight:
+      return fill_raster<std::int32_t>(
+          s, [&](std::size_t, std::size_t row, std::size_t col) { return tile.centre_mm[flipped(s, row, col)]; });
+    case LayerId::kState:
+      return gather_nodes<std::uint8_t>(s, tile, [](const NodeSurface& n) { return n.state; });
+    case LayerId::kWeight:
+      return gather_nodes<std::uint8_t>(s, tile, [](const NodeSurface& n) { return n.weight; });
+    case LayerId::kCount:
+      return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.count; });
+    case LayerId::kSupport:
+      return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.support; });
+    case LayerId::kSd:
+      return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.sd_mm; });
+  }
+  return {};
+}
+
+void scatter(const LayerInfo& layer, std::span<const std::uint8_t> values, TerrainTile& tile) {
+  const LayerShape s = layer_shape(layer, tile.box);
+  const auto nodes = [&](auto set) {
+    return [&, set](std::size_t t, std::size_t row, std::size_t col, auto value) {
+      set(tile.nodes[flipped(s, row, col) * kTriangles + t], value);
+    };
+  };
+  switch (layer.id) {
+    case LayerId::kCornerHeight:
+      return each_value<std::int32_t>(s, values, [&](std::size_t, std::size_t row, std::size_t col, std::int32_t v) {
+        tile.corner_mm[flipped(s, row, col)] = v;
+      });
+    case LayerId::kCentreHeight:
+      return each_value<std::int32_t>(s, values, [&](std::size_t, std::size_t row, std::size_t col, std::int32_t v) {
+        tile.centre_mm[flipped(s, row, col)] = v;
+      });
+    case LayerId::kState:
+      return each_value<std::uint8_t>(s, values, nodes([](NodeSurface& n, std::uint8_t v) { n.state = NodeState{v}; }));
+    case LayerId::kWeight:
+      return each_value<std::uint8_t>(s, values, nodes([](NodeSurface& n, std::uint8_t v) { n.weight = v; }));
+    case LayerId::kCount:
+      return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.count = v; }));
+    case LayerId::kSupport:
+      return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.support = v; }));
+    case LayerId::kSd:
+      return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.sd_mm = v; }));
+    default:
+      return;  // GIS layers follow from these
+  }
+}
+
+}  // namespace btms

@@ -1,0 +1,133 @@
+#include <algorithm>
+#include <list>
+#include <mutex>
+#include <unordered_map>
+
+#include "engine/error.h"
+#include "io/store/commit.h"
+#include "io/store/hash.h"
+#include "io/store/map_folder.h"
+#include "io/store/map_nc.h"
+#include "io/store/shard_assembly.h"
+#include "io/store/shard_file.h"
+
+namespace btms {
+namespace {
+
+namespace fs = std::filesystem;
+using SharedTile = std::shared_ptr<const TerrainTile>;
+
+// The decoded shards used last. A shard that several threads ask for is decoded once, the others wait for it.
+class ShardCache {
+ public:
+  template <class Decode>
+  SharedTile get(std::size_t shard, Decode&& decode) {
+    const std::shared_ptr<Slot> slot = find(shard);
+    const std::lock_guard lock(slot->mutex);
+    if (!slot->tile) slot->tile = decode();
+    return slot->tile;
+  }
+
+ private:
+  static constexpr std::size_t kShards = 4;
+  struct Slot {
+    std::size_t shard = 0;
+    std::mutex mutex;  // held while decoding
+    SharedTile tile;
+  };
+
+  std::shared_ptr<Slot> find(std::size_t shard) {
+    const std::lock_guard lock(mutex_);
+    auto it = std::find_if(slots_.begin(), slots_.end(), [&](const auto& s) { return s->shard == shard; });
+    if (it == slots_.end()) {
+      if (slots_.size() == kShards) slots_.pop_back();
+      slots_.push_front(std::make_shared<Slot>());
+      slots_.front()->shard = shard;
+    } else {
+      slots_.splice(slots_.begin(), slots_, it);
+    }
+    return slots_.front();
+  }
+
+  std::mutex mutex_;
+  std::list<std::shared_ptr<Slot>> slots_;  // last used first
+};
+
+class FolderReader final : public MapReader {
+ public:
+  FolderReader(const fs::path& folder, Manifest&& manifest) : folder_(folder), manifest_(std::move(manifest)) {
+    for (std::size_t s = 0; s < manifest_.shards.size(); ++s)
+      for (const TileEntry& t : manifest_.shards[s].tiles) where_.emplace(t.id, Place{s, t.box});
+  }
+
+  const MapInfo& info() const override { return manifest_.info; }
+  const MapLayout& layout() const override { return manifest_.info.layout; }
+
+  std::vector<TileId> tiles() const override {
+    std::vector<TileId> ids;
+    ids.reserve(where_.size());
+    for (const auto& entry : where_) ids.push_back(entry.first);
+    std::sort(ids.begin(), ids.end());
+    return ids;
+  }
+
+  SharedTile load(TileId id) const override {
+    const auto it = where_.find(id);
+    if (it == where_.end()) return nullptr;
+    const Place& place = it->second;
+    const ShardEntry& shard = manifest_.shards[place.shard];
+    const SharedTile whole = cache_.get(place.shard, [&] { return decode(shard, id); });
+    if (whole->box == place.box) return whole;
+    return std::make_shared<const TerrainTile>(cut(*whole, place.box));
+  }
+
+ private:
+  struct Place {
+    std::size_t shard;
+    CellBox box;
+  };
+
+  SharedTile decode(const ShardEntry& shard, TileId id) const {
+    const fs::path file = folder_ / kShardFolder / shard.file;
+    const auto damaged = [&](const std::string& why) {
+      return Error(ErrorCode::kVerification,
+                   "tile " + std::to_string(id.tx) + "," + std::to_string(id.ty) + " is damaged: " + why,
+                   file.string());
+    };
+    std::vector<std::uint8_t> bytes;
+    try {
+      bytes = read_file(file, shard.bytes, ErrorCode::kVerification);
+    } catch (const Error& e) {
+      if (e.code() != ErrorCode::kVerification) throw;
+      throw damaged(fs::exists(file) ? "the file has grown"
+                                     : "the file is missing (a newer revision may have replaced it)");
+    }
+    if (bytes.size() != shard.bytes)
+      throw damaged("file has " + std::to_string(bytes.size()) + " bytes, the manifest says " +
+                    std::to_string(shard.bytes));
+    // Before HDF5 sees the file: its parser is not safe against damaged input.
+    if (const std::uint64_t found = xxh3_64(bytes); found != shard.file_xxh3)
+      throw damaged("file hashes to " + hex64(found) + ", the manifest says " + hex64(shard.file_xxh3));
+    try {
+      return std::make_shared<const TerrainTile>(
+          decode_shard(bytes, layout().lattice.resolution_mm(), shard.bounds(), shard.values_xxh3));
+    } catch (const Error& e) {
+      throw damaged(e.what());
+    }
+  }
+
+  const fs::path folder_;
+  const Manifest manifest_;
+  std::unordered_map<TileId, Place, TileIdHash> where_;
+  mutable ShardCache cache_;
+};
+
+}  // namespace
+
+std::unique_ptr<MapReader> MapReader::open(const fs::path& folder) {
+  const fs::path file = folder / kManifest;
+  return std::make_unique<FolderReader>(
+      folder, parse_manifest(read_file(file, kMaxManifest_bytes, ErrorCode::kBadInput), file.string()));
+}
+
+}  // namespace btms

@@ -1,0 +1,166 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <mutex>
+#include <set>
+
+#include "engine/error.h"
+#include "io/store/commit.h"
+#include "io/store/hash.h"
+#include "io/store/map_folder.h"
+#include "io/store/map_nc.h"
+#include "io/store/shard_assembly.h"
+#include "io/store/shard_file.h"
+
+namespace btms {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string tile_text(TileId id) { return std::to_string(id.tx).append(",").append(std::to_string(id.ty)); }
+
+// Unlike any name of another revision, so that both can lie in one folder.
+std::string shard_file_name(TileId id, std::uint64_t revision) {
+  std::string name = "x";
+  name.append(std::to_string(id.tx)).append("_y").append(std::to_string(id.ty));
+  return name.append(".r").append(std::to_string(revision)).append(".nc");
+}
+
+class FolderWriter final : public MapWriter {
+ public:
+  FolderWriter(const fs::path& folder, const MapLayout& layout, int rank, std::optional<Crs> crs)
+      : folder_(folder),
+        layout_(layout),
+        rank_(rank),
+        crs_(std::move(crs)),
+        block_(shard_block(layout)),
+        revision_(start_revision(folder, rank)) {}
+
+  ~FolderWriter() override {
+    if (published_ || (finished_ && rank_ != 0)) return;
+    for (const ShardEntry& s : shards_) ::unlink(shard_path(s.file).c_str());
+    remove_if_empty(folder_);
+  }
+
+  void put(TileId id, TerrainTile&& tile) override {
+    try {
+      accept(id, std::move(tile));
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      failed_ = true;
+      throw;
+    }
+  }
+
+  std::vector<std::uint8_t> finish() override {
+    for (auto& [id, tiles] : pending_) write_shard(id, std::move(tiles));
+    pending_.clear();
+    if (failed_) throw Error(ErrorCode::kFailed, "a tile could not be stored, the map is incomplete", folder_.string());
+    sync_folder(folder_ / kShardFolder);
+    std::sort(shards_.begin(), shards_.end(), [](const ShardEntry& a, const ShardEntry& b) { return a.id < b.id; });
+    finished_ = true;
+    return entries_bytes(shards_);
+  }
+
+  void publish(const MapInfo& info, const std::vector<std::vector<std::uint8_t>>& entries) override {
+    Manifest m;
+    m.info = info;
+    m.info.layout = layout_;
+    m.info.revision = revision_;
+    m.info.digest = {};
+    for (const auto& bytes : entries)
+      for (ShardEntry& s : parse_entries(bytes, layout_)) m.shards.push_back(std::move(s));
+    std::sort(m.shards.begin(), m.shards.end(), [](const ShardEntry& a, const ShardEntry& b) { return a.id < b.id; });
+    for (std::size_t i = 0; i < m.shards.size(); ++i) {
+      m.info.digest += m.shards[i].digest;
+      if (i > 0 && m.shards[i].id == m.shards[i - 1].id)
+        throw Error(ErrorCode::kFailed, "two ranks wrote the same shard",
+                    (folder_ / kShardFolder / m.shards[i].file).string());
+    }
+    if (!m.info.crs_wkt.empty() && (!crs_ || crs_->wkt != m.info.crs_wkt)) crs_ = describe_crs(m.info.crs_wkt);
+    m.info.crs_wkt = crs_ ? crs_->wkt : "";
+
+    // map.nc first: it is a view, the manifest decides what the map is.
+    const std::vector<std::uint8_t> view = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
+    if (view.empty())
+      ::unlink((folder_ / kMapNc).c_str());
+    else
+      commit_file(folder_ / temporary(kMapNc), folder_ / kMapNc, view);
+    const std::string text = manifest_text(m);
+    commit_file(folder_ / temporary(kManifest), folder_ / kManifest,
+                {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    published_ = true;
+    sync_folder(folder_);
+
+    std::set<std::string> keep;
+    for (const ShardEntry& s : m.shards) keep.insert(s.file);
+    remove_unreferenced(folder_, keep);
+  }
+
+ private:
+  void accept(TileId id, TerrainTile&& tile) {
+    if (tile.resolution_mm != layout_.lattice.resolution_mm() ||
+        tile.box.intersect(layout_.grid.box_of(id)) != (tile.box.empty() ? CellBox{} : tile.box) ||
+        tile.box.cells() > kMaxShardCells)
+      throw Error(ErrorCode::kFailed, "tile " + tile_text(id) + " doesn't belong to this map's lattice");
+    const TileId shard = shard_of(layout_, id);
+    std::vector<PlacedTile> complete;
+    {
+      const std::lock_guard lock(mutex_);
+      if (finished_) throw Error(ErrorCode::kFailed, "a tile came after the writer had finished");
+      if (!seen_.insert(id).second) throw Error(ErrorCode::kFailed, "tile " + tile_text(id) + " came twice");
+      if (tile.box.empty()) return;
+      std::vector<PlacedTile>& waiting = pending_[shard];
+      waiting.emplace_back(id, std::move(tile));
+      if (waiting.size() < static_cast<std::size_t>(block_) * static_cast<std::size_t>(block_)) return;
+      complete = std::move(waiting);
+      pending_.erase(shard);
+    }
+    write_shard(shard, std::move(complete));
+  }
+
+  void write_shard(TileId id, std::vector<PlacedTile>&& tiles) {
+    ShardEntry entry;
+    entry.id = id;
+    entry.file = shard_file_name(id, revision_);
+    for (const auto& [tile_id, tile] : tiles) {
+      entry.tiles.push_back({tile_id, tile.box});
+      entry.digest += digest(tile);
+    }
+    std::sort(entry.tiles.begin(), entry.tiles.end(),
+              [](const TileEntry& a, const TileEntry& b) { return a.id < b.id; });
+    const EncodedShard encoded = encode_shard(assemble(std::move(tiles)), crs_);
+    entry.bytes = encoded.file.size();
+    entry.file_xxh3 = xxh3_64(encoded.file);
+    entry.values_xxh3 = encoded.values_xxh3;
+    commit_file(folder_ / kShardFolder / temporary(entry.file), shard_path(entry.file), encoded.file);
+    const std::lock_guard lock(mutex_);
+    shards_.push_back(std::move(entry));
+  }
+
+  std::string temporary(const std::string& name) const { return kTemporaryPrefix + std::to_string(rank_) + "-" + name; }
+  fs::path shard_path(const std::string& file) const { return folder_ / kShardFolder / file; }
+
+  const fs::path folder_;
+  const MapLayout layout_;
+  const int rank_;
+  std::optional<Crs> crs_;
+  const int block_;  // a shard is block_ x block_ tiles
+  const std::uint64_t revision_;
+  std::mutex mutex_;  // guards what follows
+  std::set<TileId> seen_;
+  std::map<TileId, std::vector<PlacedTile>> pending_;  // shards that wait for more tiles
+  std::vector<ShardEntry> shards_;
+  bool failed_ = false, finished_ = false, published_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<MapWriter> MapWriter::create(const fs::path& folder, const MapLayout& layout, int rank,
+                                             const std::string& crs) {
+  std::optional<Crs> described;
+  if (!crs.empty()) described = describe_crs(crs);
+  return std::make_unique<FolderWriter>(folder, layout, rank, std::move(described));
+}
+
+}  // namespace btms

@@ -1,0 +1,135 @@
+#include "io/store/shard_file.h"
+
+#include <array>
+
+#include "io/store/cf_file.h"
+#include "io/store/chunk_codec.h"
+#include "io/store/chunks.h"
+#include "io/store/hash.h"
+
+namespace btms {
+namespace {
+
+struct Chunk {
+  std::size_t row0, col0;
+  std::vector<std::uint8_t> bytes;
+};
+
+// Chunks that hold nothing but the fill value are left out: HDF5 reads unwritten chunks as fill.
+std::vector<Chunk> encode_layer(const LayerInfo& layer, const CellBox& box, std::span<const std::uint8_t> raster,
+                                ChunkEncoder& encoder) {
+  const LayerShape shape = layer_shape(layer, box), chunk = chunk_shape(layer, box);
+  const std::size_t element = element_bytes(layer.element);
+  std::vector<std::uint8_t> empty(chunk.elements() * element), values;
+  fill_with(empty, fill_value(layer));
+  std::vector<Chunk> out;
+  each_chunk(shape, chunk, [&](std::size_t row0, std::size_t col0) {
+    values = empty;
+    each_chunk_row(shape, chunk, row0, col0, element, [&](std::size_t from, std::size_t to, std::size_t n) {
+      std::memcpy(values.data() + to, raster.data() + from, n);
+    });
+    if (values != empty) out.push_back({row0, col0, encoder.encode(values, element)});
+  });
+  return out;
+}
+
+std::array<hsize_t, 3> offsets(const LayerInfo& layer, std::size_t row0, std::size_t col0) {
+  if (layer.raster == Raster::kPerTriangle) return {0, row0, col0};
+  return {row0, col0, 0};
+}
+
+void set_filters(const LayerInfo& layer, const CellBox& box, hid_t properties) {
+  const LayerShape c = chunk_shape(layer, box);
+  const std::array<hsize_t, 3> extent{c.planes, c.rows, c.cols};
+  const bool planes = layer.raster == Raster::kPerTriangle;
+  hdf5_check(H5Pset_chunk(properties, planes ? 3 : 2, extent.data() + (planes ? 0 : 1)), "set chunks");
+  if (element_bytes(layer.element) > 1) hdf5_check(H5Pset_shuffle(properties), "set shuffle");
+  hdf5_check(H5Pset_deflate(properties, kDeflateLevel), "set deflate");
+  hdf5_check(H5Pset_fletcher32(properties), "set fletcher32");
+}
+
+[[noreturn]] void damaged(const std::string& why) { throw Error(ErrorCode::kVerification, why); }
+
+// The stored layer's raster; damaged() when it is not what encode_layer would have written.
+std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const CellBox& box, ChunkDecoder& decoder) {
+  const std::string name = std::string(layer.in_tgf ? "tgf/" : "") + layer.name;
+  Hdf5Dataset data(H5Dopen2(file, name.c_str(), H5P_DEFAULT), "open a layer");
+  const LayerShape shape = layer_shape(layer, box), chunk = chunk_shape(layer, box);
+  const Hdf5Space space(H5Dget_space(data.get()), "read a layer's extent"), expected = layer_space(layer, shape);
+  const Hdf5Type type(H5Dget_type(data.get()), "read a layer's type");
+  const std::size_t element = element_bytes(layer.element);
+  if (hdf5_check(H5Sextent_equal(space.get(), expected.get()), "compare extents") == 0 ||
+      H5Tget_size(type.get()) != element)
+    damaged("layer " + name + " has another shape than the manifest says");
+
+  std::vector<std::uint8_t> raster(shape.elements() * element), values(chunk.elements() * element), stored;
+  fill_with(raster, fill_value(layer));
+  each_chunk(shape, chunk, [&](std::size_t row0, std::size_t col0) {
+    const auto offset = offsets(layer, row0, col0);
+    hsize_t size = 0;
+    if (H5Dget_chunk_storage_size(data.get(), offset.data(), &size) < 0) size = 0;
+    if (size == 0) return;
+    if (size > 2 * values.size() + 1024) damaged("a chunk of layer " + name + " is larger than it can be");
+    stored.resize(size);
+    std::uint32_t skipped_filters = 0;
+    hdf5_check(H5Dread_chunk(data.get(), H5P_DEFAULT, offset.data(), &skipped_filters, stored.data()), "read a chunk");
+    if (skipped_filters != 0 || !decoder.decode(stored, element, values))
+      damaged("a chunk of layer " + name + " is damaged");
+    each_chunk_row(shape, chunk, row0, col0, element, [&](std::size_t to, std::size_t from, std::size_t n) {
+      std::memcpy(raster.data() + to, values.data() + from, n);
+    });
+  });
+  data.close();
+  return raster;
+}
+
+}  // namespace
+
+EncodedShard encode_shard(const TerrainTile& tile, const std::optional<Crs>& crs) {
+  EncodedShard shard;
+  ChunkEncoder encoder;
+  std::vector<std::vector<Chunk>> chunks;
+  for (const LayerInfo& layer : layer_table()) {
+    const std::vector<std::uint8_t> raster = gather(layer, tile);
+    if (layer.in_tgf) shard.values_xxh3 = xxh3_64(raster, shard.values_xxh3);
+    chunks.push_back(encode_layer(layer, tile.box, raster, encoder));
+  }
+
+  CfFile file(tile.box, tile.resolution_mm, crs);
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    const LayerInfo& layer = layer_table()[i];
+    Hdf5Dataset data = file.add_layer(layer, [&](hid_t p) { set_filters(layer, tile.box, p); });
+    for (const Chunk& c : chunks[i])
+      hdf5_check(H5Dwrite_chunk(data.get(), H5P_DEFAULT, 0, offsets(layer, c.row0, c.col0).data(), c.bytes.size(),
+                                c.bytes.data()),
+                 "write a chunk");
+    data.close();
+  }
+  shard.file = file.finish();
+  return shard;
+}
+
+TerrainTile decode_shard(std::span<const std::uint8_t> bytes, std::int32_t resolution_mm, const CellBox& box,
+                         std::uint64_t values_xxh3) {
+  const QuietHdf5 quiet;
+  try {
+    Hdf5File file = open_image(bytes);
+    ChunkDecoder decoder;
+    TerrainTile tile(resolution_mm, box);
+    std::uint64_t hash = 0;
+    for (const LayerInfo& layer : layer_table()) {
+      if (!layer.in_tgf) continue;
+      const std::vector<std::uint8_t> raster = decode_layer(file.get(), layer, box, decoder);
+      hash = xxh3_64(raster, hash);
+      scatter(layer, raster, tile);
+    }
+    file.close();
+    if (hash != values_xxh3) damaged("values hash to " + hex64(hash) + ", the manifest says " + hex64(values_xxh3));
+    return tile;
+  } catch (const Error& e) {
+    if (e.code() == ErrorCode::kVerification) throw;
+    throw Error(ErrorCode::kVerification, e.what());
+  }
+}
+
+}  // namespace btms
