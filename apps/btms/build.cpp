@@ -162,7 +162,10 @@ Command add_build(CLI::App& btms) {
   auto command = std::make_shared<BuildCommand>();
   CLI::App* app = btms.add_subcommand("build", "Build a map: point files in, a terrain model on disk out");
   app->footer(kFooter);
-  app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")->required()->type_name("");
+  app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")
+      ->required()
+      ->default_str("")
+      ->type_name("");
   app->add_option("-o,--output", command->output, "The map's folder, by custom called NAME.btms")
       ->required()
       ->type_name("MAP");

@@ -76,7 +76,10 @@ Command add_label(CLI::App& btms) {
   CLI::App* app = btms.add_subcommand("label", "Label points as ground or not, against a finished map");
   app->footer(kFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
-  app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")->required()->type_name("");
+  app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")
+      ->required()
+      ->default_str("")
+      ->type_name("");
   app->add_option("-o,--output", command->output, "Folder for the results; made when missing")
       ->required()
       ->type_name("DIR");

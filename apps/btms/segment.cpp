@@ -85,7 +85,10 @@ Command add_segment(CLI::App& btms) {
   auto command = std::make_shared<SegmentCommand>();
   CLI::App* app = btms.add_subcommand("segment", "Label single scans, each on its own, in memory");
   app->footer(kFooter);
-  app->add_option("SCAN", command->scans, "Point files, folders of them, or globs")->required()->type_name("");
+  app->add_option("SCAN", command->scans, "Point files, folders of them, or globs")
+      ->required()
+      ->default_str("")
+      ->type_name("");
   app->add_option("-o,--output", command->output, "Folder for the labels; made when missing")
       ->required()
       ->type_name("DIR");

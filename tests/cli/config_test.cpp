@@ -15,7 +15,8 @@ class CliConfig : public testing::Test {
 };
 
 double default_of(const std::string& preset, const std::string& name) {
-  for (const auto& row : run_json({"params", "--preset", preset})["parameters"])
+  const auto table = run_json({"params", "--preset", preset});
+  for (const auto& row : table["parameters"])
     if (row["name"] == name) return row["default"];
   return -1;
 }
