@@ -147,7 +147,7 @@ TEST(LasBadInput, EveryTruncationIsRefused) {
 TEST(LasBadInput, EveryHeaderByteMayBeWild) {
   const TemporaryFolder folder;
   LasSpec spec = las_spec(4, 6);
-  spec.vlrs = {geokeys({{1024, 1}, {3072, 25832}})};
+  spec.vlrs = {geokeys({{1024, 1}, {3072, 32767}})};  // no code: a search in the PROJ database takes 4 ms
   spec.evlrs = {{"someone", 1, Bytes(10)}};
   const Bytes whole = las_bytes(spec);
   for (std::size_t at = 0; at < points_offset(spec); ++at) {
