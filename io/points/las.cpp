@@ -6,7 +6,7 @@
 #include "io/points/las_crs.h"
 #include "io/points/las_header.h"
 #include "io/points/las_scaling.h"
-#include "io/points/little_endian.h"
+#include "io/points/las_unpack.h"
 #include "io/points/millimetres.h"
 
 namespace btms {
@@ -64,12 +64,7 @@ class LasFile final : public PointFile {
   // The strided loads apart from the arithmetic, which then vectorises.
   void unpack(const std::uint8_t* records, std::size_t n, PointBlock& block, std::size_t at) const {
     std::int32_t x[kMmChunk], y[kMmChunk], z[kMmChunk];
-    const std::size_t stride = header_.record_bytes;
-    for (std::size_t i = 0; i < n; ++i, records += stride) {
-      x[i] = load<std::int32_t>(records);
-      y[i] = load<std::int32_t>(records + 4);
-      z[i] = load<std::int32_t>(records + 8);
-    }
+    unpack_las(records, n, header_.record_bytes, x, y, z);
     scaling_.apply(x, y, z, n, block, at);
   }
 
