@@ -24,6 +24,7 @@ Digest digest(const TerrainTile& tile) {
     std::array<std::int32_t, 3> corners_mm;
     NodeSurface surface;
   };
+  constexpr std::array<std::int32_t, 3> kNoCorners = {kUnknownHeight_mm, kUnknownHeight_mm, kUnknownHeight_mm};
   static_assert(sizeof(Record) == 32 && sizeof(NodeSurface) == 8);
 
   Digest sum;
@@ -32,11 +33,10 @@ Digest digest(const TerrainTile& tile) {
       for (std::uint8_t t = 0; t < kTriangles; ++t) {
         const NodeId id{{col, row}, t};
         const NodeSurface& surface = tile.nodes[tile.node_index(id)];
-        const auto corners = tile.corners_mm(id);
-        if (surface.state == NodeState::kUnknown && surface.count == 0 && corners[0] == kUnknownHeight_mm &&
-            corners[1] == kUnknownHeight_mm && corners[2] == kUnknownHeight_mm)
-          continue;
-        const Record record{node_key(id), tile.resolution_mm, corners, surface};
+        if (surface == NodeSurface{}) continue;
+        // A node without a plane has no corners of its own; those of its neighbours are counted with them.
+        const bool plane = surface.state != NodeState::kUnknown;
+        const Record record{node_key(id), tile.resolution_mm, plane ? tile.corners_mm(id) : kNoCorners, surface};
         const XXH128_hash_t h = XXH3_128bits(&record, sizeof record);
         sum += Digest{h.low64, h.high64};
       }

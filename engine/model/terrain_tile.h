@@ -17,7 +17,7 @@
 namespace btms {
 
 enum class NodeState : std::uint8_t {
-  kUnknown = 0,    // no final plane here (points may still stand here: count > 0)
+  kUnknown = 0,    // no final plane here; every field but the count of points is 0
   kObserved = 1,   // terrain seen here
   kPredicted = 2,  // terrain inferred from its surroundings; nothing seen here contradicts it
   kObstacle = 3,   // terrain inferred below something that stands here

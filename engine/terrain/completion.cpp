@@ -1,6 +1,7 @@
 #include "engine/terrain/completion.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "engine/lattice/lattice.h"
@@ -10,12 +11,18 @@
 namespace btms {
 namespace {
 
-constexpr int kCoarseBits = 12;                          // kernel values in second moments: 2^-12
 constexpr double kDirectionUnit = 1 << 24;               // unit vectors in Eq 10's sum
 constexpr double kGradientUnit = 1 << 12;                // slopes in the ridge
 constexpr std::int64_t kMaxSpread_mm = 1 << 14;          // residuals beyond 16 m count as 16 m
+constexpr int kReliefBits = 18;                          // heights within a kernel differ by less than 262 m
+constexpr std::int64_t kMaxRelief_mm = 1 << kReliefBits;
+constexpr int kMostMomentBits = 22;                      // with squared spreads and their number: 61 bits
+constexpr int kNeighbourBits = 11;                       // fewer nodes than that within 10 r
 
-std::int64_t coarse(std::int64_t k) { return (k + (1 << (kKernelBits - kCoarseBits - 1))) >> (kKernelBits - kCoarseBits); }
+// A kernel value in 2^-bits, rounded.
+std::int64_t coarse(std::int64_t k, int bits) {
+  return bits >= kKernelBits ? k : (k + (std::int64_t{1} << (kKernelBits - bits - 1))) >> (kKernelBits - bits);
+}
 
 struct Prediction {
   double z_mm = 0;
@@ -57,11 +64,13 @@ Prediction faithful(const Terms& terms, const Neighbourhood& near, std::int64_t 
 //   min over z, g of  sum k (z_i - z - g D_i)^2 + ridge sum k |g - g_i|^2
 // The ridge lets the neighbours' own slopes speak where their positions don't span a plane.
 Prediction plane(const Terms& terms, const Neighbourhood& near, std::int64_t x, std::int64_t y, std::int64_t z,
-                 double ridge_mm2) {
+                 const CompletionRules& rules) {
+  const double ridge_mm2 = rules.ridge_mm2;
   std::int64_t n = 0, sx = 0, sy = 0, sz = 0, sxx = 0, sxy = 0, syy = 0, sxz = 0, syz = 0, sgx = 0, sgy = 0;
   for (const auto& [k24, i] : terms) {
-    const std::int64_t k = coarse(k24);
-    const std::int64_t dx = near.x_mm[i] - x, dy = near.y_mm[i] - y, dz = near.z_mm[i] - z;
+    const std::int64_t k = coarse(k24, rules.moment_bits);
+    const std::int64_t dx = near.x_mm[i] - x, dy = near.y_mm[i] - y;
+    const std::int64_t dz = std::clamp<std::int64_t>(near.z_mm[i] - z, -kMaxRelief_mm, kMaxRelief_mm);
     Node own;
     own.normal_x = near.normal_x[i];
     own.normal_y = near.normal_y[i];
@@ -93,14 +102,15 @@ Prediction plane(const Terms& terms, const Neighbourhood& near, std::int64_t x, 
 }
 
 // Spread of the neighbours' heights around the predicted plane.
-double spread_mm(const Terms& terms, const Neighbourhood& near, std::int64_t x, std::int64_t y, const Prediction& p) {
+double spread_mm(const Terms& terms, const Neighbourhood& near, std::int64_t x, std::int64_t y, const Prediction& p,
+                 const CompletionRules& rules) {
   const double gx = -p.normal.x() / p.normal.z(), gy = -p.normal.y() / p.normal.z();
   std::int64_t n = 0, sum = 0;
   for (const auto& [k24, i] : terms) {
     const double expected = p.z_mm + gx * static_cast<double>(near.x_mm[i] - x) + gy * static_cast<double>(near.y_mm[i] - y);
     const double residual = std::clamp(round_half_up(near.z_mm[i] - expected), -static_cast<double>(kMaxSpread_mm),
                                        static_cast<double>(kMaxSpread_mm));
-    const std::int64_t e = static_cast<std::int64_t>(residual), k = coarse(k24);
+    const std::int64_t e = static_cast<std::int64_t>(residual), k = coarse(k24, rules.moment_bits);
     n += k;
     sum += k * e * e;
   }
@@ -120,6 +130,8 @@ CompletionRules::CompletionRules(const Parameters& p)
   const auto l = static_cast<std::int64_t>(radius_mm);
   reach9_mm2 = 9 * l * l;
   ridge_mm2 = 0.25 * resolution_mm * resolution_mm;
+  const int reach_bits = static_cast<int>(std::bit_width(static_cast<std::uint64_t>(l)));
+  moment_bits = std::min(kMostMomentBits, 62 - kNeighbourBits - reach_bits - std::max(reach_bits, kReliefBits));
 }
 
 std::int32_t CompletionRules::halo() const {
@@ -180,9 +192,9 @@ void predict(Node& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t 
   const auto z = static_cast<std::int64_t>(round_half_up(static_cast<double>(sum_z) / static_cast<double>(support)));
   // Eq 9-10, or the plane-exact form
   const Prediction p = rules.normals == CompletionNormals::kFaithful ? faithful(terms, near, x, y, z)
-                                                                     : plane(terms, near, x, y, z, rules.ridge_mm2);
+                                                                     : plane(terms, near, x, y, z, rules);
   if (!p.valid || !(p.normal.z() > 0)) return;
-  node.sd_mm = saturate_u16(spread_mm(terms, near, x, y, p));
+  node.sd_mm = saturate_u16(spread_mm(terms, near, x, y, p, rules));
 
   // Eq 11, clamped below at 0
   const double agreement = static_cast<double>(sum_wx) * p.normal.x() + static_cast<double>(sum_wy) * p.normal.y() +

@@ -1,7 +1,7 @@
 // BGK-based terrain model completion (paper II-B, Eq 7-11): predicts the model of a node from the observed terrain nodes
 // around it. Predictions never feed predictions.
 //
-// Every sum below runs over integers that fit 63 bits (kernel values in 2^-24 or 2^-12, heights and offsets in
+// Every sum below runs over integers that fit 63 bits (kernel values in 2^-24 or coarser, heights and offsets in
 // millimetres, normals and weights as stored), so the result does not depend on the order of the neighbours.
 #pragma once
 
@@ -23,6 +23,7 @@ struct CompletionRules {
   std::int32_t steepest_normal_xy2 = 0;
   std::int32_t resolution_mm = 0;
   std::int32_t standing_mm = 0;  // points this far above a prediction stand on it
+  int moment_bits = 0;           // kernel values in second moments: as fine as 63 bits allow for this l
 
   explicit CompletionRules(const Parameters& p);
   // Rings of cells around a tile whose nodes a prediction may use: ceil(l/r - 1/6), since a centroid lies at least r/6

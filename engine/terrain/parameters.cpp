@@ -142,6 +142,10 @@ Parameters preset(std::string_view name) {
   }
   if (name == "city") {  // one fixed resolution for airborne maps
     p.resolution_m = 8.0;
+    p.seed_height_m = 0.25;
+    p.refit_distance_m = 0.125;
+    p.kernel_radius = 2.0;
+    p.completion_normals = CompletionNormals::kPlane;  // hills: the printed normals flatten every slope
     p.terrain_distance_m = 0.3;
     return p;
   }

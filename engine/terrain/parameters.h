@@ -24,8 +24,8 @@ struct Parameters {
   // Lattice and node model (Eq 1-5)
   double resolution_m = 4.0;                    // r^T
   NodeModel node_model = NodeModel::kRobust;
-  double seed_height_m = 0.25;                  // robust: seeds reach this far above the node's lowest points
-  double refit_distance_m = 0.125;              // robust: a refit takes points up to this far above the plane
+  double seed_height_m = 0.15;                  // robust: seeds reach this far above the node's lowest points
+  double refit_distance_m = 0.08;               // robust: a refit takes points up to this far above the plane
   double slope_max_deg = 20.0;                  // theta^T, Eq 5
   int min_points = 10;                          // sigma^T, Eq 5
   // Links and components (Eq 6)
@@ -33,8 +33,8 @@ struct Parameters {
   double plane_distance = 0.1;                  // eps2: rad, elevation of the neighbour's mean above the plane
   int keep_nodes = 10;                          // components with fewer nodes are not terrain
   // Completion (Eq 7-11)
-  double kernel_radius = 2.0;                   // l in units of r
-  CompletionNormals completion_normals = CompletionNormals::kPlane;
+  double kernel_radius = 3.0;                   // l in units of r
+  CompletionNormals completion_normals = CompletionNormals::kFaithful;
   double min_support = 0.05;                    // a prediction needs more than this sum of kernel values
   // Segmentation (Eq 14)
   double terrain_distance_m = 0.125;            // eps3

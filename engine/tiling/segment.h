@@ -18,7 +18,7 @@ struct SegmentedScan {
   std::vector<Label> labels;  // one per point, input order
 };
 
-// An empty scan, or one without a finite point, gives an empty map and labels.
+// A scan of no points gives an empty map. Throws Error(kBadInput) for one without a single finite point.
 SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters);
 
 }  // namespace btms

@@ -16,16 +16,16 @@
 namespace btms {
 
 struct PointFileInfo {
-  std::string format;                       // "LAS 1.2, point format 3", "KITTI scan", "PCD 0.7 binary"
+  std::string format;  // "LAS 1.2, point format 3", "KITTI scan", "PCD 0.7 binary"
   std::uint64_t points = 0;
   std::uint64_t bytes = 0;
   std::optional<std::array<double, 6>> declared_bounds_m;  // min x, y, z, max x, y, z as the header says: only a hint
-  std::string crs;                          // WKT, or "EPSG:n" from GeoTIFF keys, or empty
-  std::vector<std::string> warnings;        // what was odd but acceptable, one sentence each
+  std::string crs;                                         // WKT, or "EPSG:n" from GeoTIFF keys, or empty
+  std::vector<std::string> warnings;                       // what was odd but acceptable, one sentence each
 };
 
-// An open point file. Reads with pread, so concurrent reads are safe and a file truncated meanwhile is an Error, never a
-// signal. Dropped points keep their place.
+// An open point file. Reads with pread, so concurrent reads are safe and a file truncated meanwhile is an Error, never
+// a signal. Dropped points keep their place.
 class PointFile : public PointSource {
  public:
   virtual const std::filesystem::path& path() const = 0;
@@ -33,8 +33,8 @@ class PointFile : public PointSource {
 };
 
 // Opens by extension (.las .bin .pcd). Everything that can be checked without reading the points is checked here.
-// Throws Error(kBadInput) naming file, offset, what was found and what was expected; Error(kUsage) for an extension that
-// no reader knows, listing those that are known. Opening never blocks (a FIFO is refused).
+// Throws Error(kBadInput) naming file, offset, what was found and what was expected; Error(kUsage) for an extension
+// that no reader knows, listing those that are known. Opening never blocks (a FIFO is refused).
 std::unique_ptr<PointFile> open_points(const std::filesystem::path& path);
 
 // Extensions open_points knows, with the dot.
@@ -48,8 +48,8 @@ std::vector<std::filesystem::path> expand_inputs(std::span<const std::string> ar
 //   .las -> .las  a copy with only the class changed: 2 terrain, 1 obstacle, 7 far below; dropped points keep theirs
 //   .bin -> .label  u32: 40 terrain, 99 obstacle and below, 0 dropped
 //   .pcd -> .labels u8: 1 terrain, 0 not
-// write() is thread-safe for disjoint runs. Nothing is visible under the final name before commit(); without commit() the
-// temporary file is removed. Throws Error(kFailed) on any failed write.
+// write() is thread-safe for disjoint runs. Nothing is visible under the final name before commit(); without commit()
+// the temporary file is removed. Throws Error(kFailed) on any failed write.
 class LabelWriter {
  public:
   virtual ~LabelWriter() = default;
@@ -62,8 +62,8 @@ class LabelWriter {
 // Output name: folder / input's name with the extension above. Throws Error(kUsage) when it would be the input itself.
 std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder);
 
-// Per-point classes for evaluation, as unsigned integers: LAS classification, KITTI .label (lower 16 bits), .labels bytes.
-// Throws Error(kBadInput) as open_points does.
+// Per-point classes for evaluation, as unsigned integers: LAS classification, KITTI .label (lower 16 bits), .labels
+// bytes. Throws Error(kBadInput) as open_points does.
 std::vector<std::uint32_t> read_classes(const std::filesystem::path& path);
 
 }  // namespace btms

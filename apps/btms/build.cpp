@@ -1,0 +1,198 @@
+// btms build: point files in, a map on disk out.
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include <charconv>
+#include <chrono>
+
+#include "apps/btms/build_report.h"
+#include "apps/btms/command.h"
+#include "apps/btms/inputs.h"
+#include "apps/btms/parameter_options.h"
+#include "apps/btms/stop_signal.h"
+#include "engine/error.h"
+#include "io/export/relief.h"
+#include "io/store/map_store.h"
+
+namespace btms {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BuildCommand {
+  CommonOptions common;
+  ParameterOptions parameters;
+  std::vector<std::string> inputs;
+  std::string output, crs, picture;
+  std::string tile_cells = "128", executor = "tbb", neighbours = "nanoflann";
+  std::uint64_t max_nodes = BuildOptions{}.max_nodes;
+};
+
+struct Executor {
+  bool parallel = true;
+  int ranks = 1;
+};
+
+// Reads a whole number in [min, max], or nothing.
+std::optional<int> whole_number(std::string_view text, int min, int max) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || value < min || value > max) return {};
+  return value;
+}
+
+Executor parse_executor(const std::string& text) {
+  if (text == "serial") return {false, 1};
+  if (text == "tbb") return {true, 1};
+  if (text.starts_with("ranks:"))
+    if (const auto n = whole_number(std::string_view(text).substr(6), 1, 64)) return {true, *n};
+  throw Error(ErrorCode::kUsage,
+              fmt::format("--executor: found `{}`, expected serial, tbb or ranks:N with N from 1 to 64", text));
+}
+
+std::int32_t parse_tile_cells(const std::string& text) {
+  if (text == "whole") return 0;
+  if (const auto n = whole_number(text, 1, 1 << 15)) return *n;
+  throw Error(ErrorCode::kUsage,
+              fmt::format("--tile-cells: found `{}`, expected a number from 1 to 32768, or whole", text));
+}
+
+// Hours of work must not end at an output that could never be written.
+void check_outputs(const BuildCommand& command) {
+  const fs::path map(command.output);
+  if (fs::exists(map) && !fs::is_directory(map))
+    throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);
+  if (!command.picture.empty()) {
+    const fs::path folder = fs::absolute(command.picture).parent_path();
+    if (!fs::is_directory(folder))
+      throw Error(ErrorCode::kUsage, "the picture's folder does not exist", folder.string());
+  }
+}
+
+// What every rank runs: opens the inputs itself, builds its share, writes its shards; rank 0 publishes.
+// Returns the summary, the same on every rank.
+BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> paths, const BuildOptions& options,
+                        MapInfo info, const Executor& executor, Ranks& ranks) {
+  const PointFiles files = open_all(paths);
+  std::vector<const PointSource*> sources;
+  for (const auto& file : files) sources.push_back(file.get());
+  const auto threads =
+      executor.parallel ? make_threads(std::max(1, command.common.thread_count() / ranks.size())) : serial_threads();
+  ProgressDisplay progress(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone);
+
+  std::unique_ptr<MapWriter> writer;
+  const auto make_sink = [&](const MapLayout& layout) -> TileSink& {
+    writer = MapWriter::create(command.output, layout, ranks.rank());
+    return *writer;
+  };
+  BuildSummary summary = build_map(sources, options, *threads, ranks, make_sink, progress);
+
+  std::vector<Bytes> to_ranks(static_cast<std::size_t>(ranks.size()));
+  to_ranks[0] = writer->finish();
+  const std::vector<Bytes> entries = ranks.exchange(std::move(to_ranks));
+  if (ranks.rank() == 0) {
+    throw_if_stopped();  // the last chance: from here on the map is there
+    info.layout = summary.layout;
+    info.digest = summary.digest;
+    info.points = summary.points;
+    info.dropped = summary.not_finite + summary.out_of_range;
+    writer->publish(info, entries);
+  }
+  ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size())));  // no rank ends before the map is there
+  return summary;
+}
+
+int run_build(const BuildCommand& command) {
+  const ParameterChoice choice = command.parameters.resolve();
+  const Executor executor = parse_executor(command.executor);
+  const BuildOptions options{.parameters = choice.parameters,
+                             .tile_cells = parse_tile_cells(command.tile_cells),
+                             .neighbours_by_lattice = command.neighbours == "lattice",
+                             .max_nodes = command.max_nodes};
+  check_outputs(command);
+  const auto paths = expand_inputs(command.inputs);
+  MapInfo info;
+  info.parameters = choice.parameters;
+  info.preset = choice.preset;
+  BuildReport report;
+  {
+    const PointFiles files = open_all(paths);
+    log_warnings(files);
+    info.crs_wkt = agreed_crs(files, command.crs);
+    for (const auto& file : files) {
+      info.inputs.push_back({file->path().filename().string(), file->info().points, file->info().bytes});
+      report.inputs.push_back(input_json(*file));
+    }
+  }
+  spdlog::debug("{} inputs, preset {}, executor {}", paths.size(), choice.preset, command.executor);
+
+  watch_stop_signals();
+  const auto begun = std::chrono::steady_clock::now();
+  const auto body = [&](Ranks& ranks) {
+    BuildSummary summary = build_rank(command, paths, options, info, executor, ranks);
+    if (ranks.rank() == 0) report.summary = std::move(summary);
+  };
+  if (executor.ranks > 1)
+    run_forked_ranks(executor.ranks, body);
+  else
+    body(*single_rank());
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+
+  if (!command.picture.empty()) write_relief(*MapReader::open(command.output), command.picture);
+  report.map = command.output;
+  report.picture = command.picture;
+  report.choice = choice;
+  report.executor = command.executor;
+  print_build_report(report, command.common.json);
+  return 0;
+}
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  btms build tiles/ -o city.btms\n"
+    "  btms build 'survey/*.las' -o hills.btms --resolution 2 --slope-max-deg 30 --picture hills.png\n"
+    "  btms build scan.bin -o scan.btms --preset single-scan --tile-cells whole\n"
+    "\n"
+    "The map has the same digest for any order or splitting of the inputs, tile size, executor and thread count.\n"
+    "An older map in the same place is replaced only once the new one is complete.";
+
+}  // namespace
+
+Command add_build(CLI::App& btms) {
+  auto command = std::make_shared<BuildCommand>();
+  CLI::App* app = btms.add_subcommand("build", "Build a map: point files in, a terrain model on disk out");
+  app->footer(kFooter);
+  app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")
+      ->required()
+      ->default_str("")
+      ->type_name("");
+  app->add_option("-o,--output", command->output, "The map's folder, by custom called NAME.btms")
+      ->required()
+      ->type_name("MAP");
+  app->add_option("--crs", command->crs, "Reference system of the coordinates, EPSG:n (default: what the inputs say)")
+      ->type_name("EPSG:n")
+      ->default_str("");
+  app->add_option("--picture", command->picture, "Also write a shaded relief of the map")
+      ->type_name("FILE.png")
+      ->default_str("");
+  app->add_option("--tile-cells", command->tile_cells, "Edge of a tile in cells, or whole for one tile")
+      ->type_name("N");
+  app->add_option("--executor", command->executor, "serial, tbb (threads), or ranks:N (processes that share nothing)")
+      ->type_name("KIND")
+      ->group("Running");
+  app->add_option("--neighbours", command->neighbours, "Neighbour search: nanoflann or lattice; the result is the same")
+      ->check(CLI::IsMember({"nanoflann", "lattice"}))
+      ->type_name("KIND")
+      ->group("Running");
+  app->add_option("--max-nodes", command->max_nodes,
+                  "Refuse larger maps (a stray point far out) before allocating them")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40))
+      ->type_name("N")
+      ->group("Running");
+  add_run_options(*app, command->common);
+  command->parameters.add_to(*app, "city");
+  add_output_options(*app, command->common);
+  return {app, {command, &command->common}, [command] { return run_build(*command); }};
+}
+
+}  // namespace btms

@@ -1,0 +1,62 @@
+#include "apps/btms/build_report.h"
+
+#include <spdlog/fmt/fmt.h>
+
+namespace btms {
+namespace {
+
+double points_per_second(const BuildReport& report) {
+  return report.seconds > 0 ? static_cast<double>(report.summary.points) / report.seconds : 0;
+}
+
+Json report_json(const BuildReport& report) {
+  const BuildSummary& s = report.summary;
+  Json phases = Json::array();
+  for (const PhaseTime& phase : s.phases) phases.push_back({{"phase", phase.phase}, {"seconds", phase.seconds}});
+  Json json;
+  json["map"] = report.map;
+  if (!report.picture.empty()) json["picture"] = report.picture;
+  json["digest"] = s.digest.hex();
+  json["points"] = s.points;
+  json["dropped"] = {{"not_finite", s.not_finite}, {"out_of_range", s.out_of_range}};
+  json["tiles"] = s.tiles;
+  json["nodes"] = {{"total", s.nodes},
+                   {"observed", s.observed},
+                   {"predicted", s.predicted},
+                   {"obstacle", s.obstacle},
+                   {"unknown", s.unknown}};
+  json["components"] = {{"found", s.components}, {"kept", s.components_kept}};
+  json["seconds"] = report.seconds;
+  json["phases"] = phases;
+  json["points_per_second"] = points_per_second(report);
+  json["peak_rss_bytes"] = peak_rss_bytes();
+  json["executor"] = report.executor;
+  json["preset"] = report.choice.preset;
+  json["parameters"] = parameters_json(report.choice.parameters);
+  json["inputs"] = report.inputs;
+  return json;
+}
+
+}  // namespace
+
+void print_build_report(const BuildReport& report, bool as_json) {
+  if (as_json) return print_json(report_json(report));
+  const BuildSummary& s = report.summary;
+  TextTable table(TextTable::Align::kLeft);
+  table.row({"points", fmt::format("{} from {} files", grouped(s.points), report.inputs.size())});
+  table.row({"dropped", fmt::format("{} not finite, {} out of range", grouped(s.not_finite), grouped(s.out_of_range))});
+  table.row({"tiles", grouped(s.tiles)});
+  table.row({"nodes", fmt::format("{}: {} observed, {} predicted, {} obstacle, {} unknown", grouped(s.nodes),
+                                  grouped(s.observed), grouped(s.predicted), grouped(s.obstacle), grouped(s.unknown))});
+  table.row({"components", fmt::format("{}, {} kept", grouped(s.components), grouped(s.components_kept))});
+  table.row({"digest", s.digest.hex()});
+  for (const PhaseTime& phase : s.phases) table.row({phase.phase, seconds_text(phase.seconds)});
+  table.row(
+      {"in all", fmt::format("{}, {} points/s", seconds_text(report.seconds), rounded(points_per_second(report)))});
+  table.row({"peak memory", bytes_text(peak_rss_bytes())});
+  table.row({"map", report.map});
+  if (!report.picture.empty()) table.row({"picture", report.picture});
+  table.print();
+}
+
+}  // namespace btms

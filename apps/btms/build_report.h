@@ -1,0 +1,22 @@
+// What `btms build` says when it is done.
+#pragma once
+
+#include <string>
+
+#include "apps/btms/parameter_options.h"
+#include "apps/btms/report.h"
+#include "engine/tiling/build.h"
+
+namespace btms {
+
+struct BuildReport {
+  BuildSummary summary;
+  ParameterChoice choice;
+  std::string map, picture, executor;
+  Json inputs = Json::array();
+  double seconds = 0;  // from the first point read to the map published
+};
+
+void print_build_report(const BuildReport& report, bool as_json);
+
+}  // namespace btms

@@ -1,0 +1,85 @@
+// btms: the command line program. Parses, runs one subcommand, and turns errors into exit statuses.
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <new>
+
+#include "apps/btms/command.h"
+#include "apps/btms/report.h"
+#include "apps/btms/stop_signal.h"
+#include "engine/error.h"
+
+namespace btms {
+namespace {
+
+constexpr const char* kDescription =
+    "btms turns point clouds into one seamless terrain model, and labels every point as ground or not.";
+
+constexpr const char* kFooter =
+    "Example: a synthetic city, its map, and how well the ground was found\n"
+    "  btms synth --scene city --points 2000000 -o demo\n"
+    "  btms build demo -o demo/city.btms --picture demo/city.png\n"
+    "  btms label demo/city.btms demo -o demo/labelled\n"
+    "  btms eval --truth demo --prediction demo/labelled\n"
+    "\n"
+    "`btms SUBCOMMAND --help` explains each with its defaults.\n"
+    "Data goes to stdout, log and progress to stderr. Exit status: 0 done, 1 failed, 2 usage,\n"
+    "3 bad input data, 4 verification mismatch, 130 stopped by the user.";
+
+int report_error(const Error& error, const CommonOptions& common) {
+  // A rank that was stopped takes the others with it: whatever they say, the user's signal was the cause.
+  const ErrorCode code = stop_signalled() ? ErrorCode::kCancelled : error.code();
+  if (code == ErrorCode::kCancelled)
+    spdlog::error("stopped: what was finished stays, what was not is removed");
+  else
+    spdlog::error("{}", error.what());
+  if (common.json) {
+    Json object;
+    Json& details = object["error"];
+    details["code"] = error_name(code);
+    details["message"] = error.what();
+    if (!error.file().empty()) details["file"] = error.file();
+    if (error.offset()) details["offset"] = *error.offset();
+    print_json(object);
+  }
+  return exit_status(code);
+}
+
+int run(const Command& command) {
+  start_log(*command.common);
+  try {
+    const int status = command.run();
+    if (std::fflush(stdout) != 0) throw Error(ErrorCode::kFailed, "cannot write to stdout");
+    return status;
+  } catch (const Error& error) {
+    return report_error(error, *command.common);
+  } catch (const std::bad_alloc&) {
+    return report_error(Error(ErrorCode::kFailed, "out of memory"), *command.common);
+  } catch (const std::exception& error) {
+    return report_error(Error(ErrorCode::kFailed, error.what()), *command.common);
+  }
+}
+
+}  // namespace
+}  // namespace btms
+
+int main(int argc, char** argv) {
+  using namespace btms;
+  CLI::App app(kDescription, "btms");
+  app.footer(kFooter);
+  app.set_version_flag("--version", "btms " BTMS_VERSION "\n" BTMS_LIBRARIES);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(36);
+  app.option_defaults()->always_capture_default();
+  const Command commands[] = {add_build(app),  add_label(app), add_segment(app), add_info(app), add_query(app),
+                              add_digest(app), add_eval(app),  add_params(app),  add_synth(app)};
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : exit_status(ErrorCode::kUsage);
+  }
+  for (const Command& command : commands)
+    if (command.app->parsed()) return run(command);
+  return exit_status(ErrorCode::kUsage);
+}

@@ -1,0 +1,48 @@
+// Draws the engine's progress on stderr: phase, share done, rate, time left, memory.
+#pragma once
+
+#include <chrono>
+#include <mutex>
+#include <string>
+
+#include "engine/tiling/progress.h"
+
+namespace btms {
+
+enum class ProgressStyle {
+  kBar,    // one line, redrawn in place
+  kLines,  // a line every few seconds, and one per finished phase that lasted
+  kJson,   // the same as JSON objects, one a line
+  kNone,
+};
+
+// Starts no thread: it draws from within advance(), so it can be made before ranks are forked.
+class ProgressDisplay final : public Progress {
+ public:
+  explicit ProgressDisplay(ProgressStyle style) : style_(style) {}
+  ~ProgressDisplay() override { finish(); }
+  ProgressDisplay(const ProgressDisplay&) = delete;
+  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+
+  void begin(std::string_view phase, std::uint64_t total, std::string_view unit) override;
+  void advance(std::uint64_t done) override;
+  bool stop_requested() const override;
+
+  // Ends the last phase and leaves the line clean for what is printed next.
+  void finish();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void draw(bool last);
+  void end_phase();
+
+  const ProgressStyle style_;
+  std::atomic<std::uint64_t> done_{0};
+  std::mutex mutex_;  // guards what follows
+  std::string phase_, unit_;
+  std::uint64_t total_ = 0;
+  Clock::time_point begun_{}, drawn_{};
+};
+
+}  // namespace btms

@@ -1,0 +1,34 @@
+#!/bin/sh
+# Installs the Debian 12 packages the project needs: the core to build and test it, groups on request.
+#   cmake/install-deps.sh [--gis]
+# Does nothing when everything is there. Uses sudo only when not root.
+set -eu
+
+core="build-essential cmake ninja-build pkg-config libeigen3-dev libtbb-dev libnanoflann-dev libhdf5-dev \
+libbenchmark-dev libgtest-dev libgmock-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libyaml-cpp-dev libpng-dev \
+zlib1g-dev libxxhash-dev libdeflate-dev libproj-dev"
+gis="gdal-bin netcdf-bin python3-h5py python3-xarray"
+
+wanted=$core
+for argument in "$@"; do
+  case $argument in
+    --gis) wanted="$wanted $gis" ;;
+    -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
+    *) echo "install-deps.sh: unknown group $argument; there is --gis" >&2; exit 2 ;;
+  esac
+done
+
+missing=
+for package in $wanted; do
+  status=$(dpkg-query -W -f '${Status}' "$package" 2>/dev/null || true)
+  [ "$status" = "install ok installed" ] || missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+as_root=
+if [ "$(id -u)" != 0 ]; then as_root=sudo; fi
+echo "install-deps.sh: installing$missing" >&2
+export DEBIAN_FRONTEND=noninteractive
+$as_root apt-get update -qq
+# shellcheck disable=SC2086  # a list of packages
+$as_root apt-get install -y -qq --no-install-recommends $missing >/dev/null

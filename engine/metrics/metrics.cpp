@@ -1,0 +1,85 @@
+#include "engine/metrics/metrics.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace btms {
+namespace {
+
+double ratio(double part, double whole) { return whole == 0 ? 0 : part / whole; }
+double count(std::uint64_t n) { return static_cast<double>(n); }
+
+void tally(Confusion& c, bool truth, bool prediction) {
+  ++(truth ? (prediction ? c.true_positive : c.false_negative) : (prediction ? c.false_positive : c.true_negative));
+}
+
+bool holds(const std::vector<std::uint32_t>& classes, std::uint32_t label) {
+  return std::find(classes.begin(), classes.end(), label) != classes.end();
+}
+
+}  // namespace
+
+Confusion& Confusion::operator+=(const Confusion& o) {
+  true_positive += o.true_positive;
+  false_positive += o.false_positive;
+  false_negative += o.false_negative;
+  true_negative += o.true_negative;
+  return *this;
+}
+
+double Confusion::precision() const { return ratio(count(true_positive), count(true_positive + false_positive)); }
+double Confusion::recall() const { return ratio(count(true_positive), count(true_positive + false_negative)); }
+double Confusion::f1() const {
+  return ratio(2 * count(true_positive), 2 * count(true_positive) + count(false_positive) + count(false_negative));
+}
+double Confusion::accuracy() const { return ratio(count(true_positive + true_negative), count(total())); }
+double Confusion::type1() const { return ratio(count(false_negative), count(true_positive + false_negative)); }
+double Confusion::type2() const { return ratio(count(false_positive), count(false_positive + true_negative)); }
+double Confusion::total_error() const { return ratio(count(false_positive + false_negative), count(total())); }
+
+double Confusion::kappa() const {
+  const double tp = count(true_positive), fp = count(false_positive), fn = count(false_negative),
+               tn = count(true_negative), all = count(total());
+  // (observed - chance) / (1 - chance), times all^2 above and below.
+  const double chance = (tp + fp) * (tp + fn) + (tn + fn) * (tn + fp);
+  return ratio((tp + tn) * all - chance, all * all - chance);
+}
+
+TruthRules semantic_kitti_rules() {
+  return {.terrain = {40, 44, 48, 49, 60, 72}, .ignored = {0, 1}, .ambiguous = {70}, .sensor_height_m = 1.73};
+}
+
+TruthRules asprs_rules() {
+  return {.terrain = {2}, .ignored = {7, 9, 17, 18, 20, 26}, .ambiguous = {}, .sensor_height_m = 0};
+}
+
+Scores score(std::span<const std::uint32_t> truth, std::span<const std::uint8_t> terrain, std::span<const float> z_m,
+             const TruthRules& rules) {
+  const bool by_height = rules.sensor_height_m > 0 && !rules.ambiguous.empty();
+  const double limit_m = -0.25 * rules.sensor_height_m;
+  Scores scores;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (holds(rules.ignored, truth[i])) continue;
+    const bool predicted = terrain[i] != 0;
+    if (holds(rules.ambiguous, truth[i])) {
+      if (by_height) tally(scores.with, static_cast<double>(z_m[i]) < limit_m, predicted);
+      continue;
+    }
+    const bool positive = holds(rules.terrain, truth[i]);
+    tally(scores.with, positive, predicted);
+    tally(scores.without, positive, predicted);
+  }
+  return scores;
+}
+
+MeanDeviation mean_deviation(std::span<const double> values) {
+  if (values.empty()) return {};
+  const auto n = static_cast<double>(values.size());
+  double mean = 0, square = 0;
+  for (const double v : values) mean += v;
+  mean /= n;
+  for (const double v : values) square += (v - mean) * (v - mean);
+  return {mean, std::sqrt(square / n)};
+}
+
+}  // namespace btms

@@ -1,0 +1,35 @@
+#include "engine/scenes/scene.h"
+
+#include "engine/error.h"
+#include "engine/scenes/airborne.h"
+#include "engine/scenes/world.h"
+
+namespace btms {
+namespace {
+
+struct Row {
+  const char* name;
+  std::unique_ptr<World> (*make)(std::uint64_t seed);
+};
+
+constexpr Row kTable[] = {
+    {"city", make_city}, {"hills", make_hills}, {"quarry", make_quarry}, {"bumpy", make_bumpy}, {"indoor", make_indoor},
+};
+
+}  // namespace
+
+std::vector<std::string> Scene::names() {
+  std::vector<std::string> all;
+  for (const Row& row : kTable) all.emplace_back(row.name);
+  return all;
+}
+
+std::unique_ptr<Scene> Scene::create(const SceneOptions& options) {
+  for (const Row& row : kTable)
+    if (options.name == row.name) return std::make_unique<AirborneScene>(options, row.make(options.seed));
+  std::string known;
+  for (const Row& row : kTable) known += (known.empty() ? "" : ", ") + std::string(row.name);
+  throw Error(ErrorCode::kUsage, "unknown scene '" + options.name + "'; there are " + known);
+}
+
+}  // namespace btms

@@ -1,0 +1,121 @@
+#include "engine/tiling/build.h"
+
+#include <chrono>
+#include <cstring>
+
+#include "engine/error.h"
+#include "engine/tiling/passes.h"
+#include "engine/tiling/point_bins.h"
+#include "engine/tiling/tile_table.h"
+
+namespace btms {
+namespace {
+
+class Stopwatch {
+ public:
+  // Seconds since the last call, filed under `phase`.
+  void lap(const char* phase, std::vector<PhaseTime>& phases) {
+    const auto now = std::chrono::steady_clock::now();
+    phases.push_back({phase, std::chrono::duration<double>(now - last_).count()});
+    last_ = now;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// Sums over all ranks of plain counters.
+template <class T>
+std::vector<T> sum_over_ranks(const std::vector<T>& mine, Ranks& ranks) {
+  Bytes bytes(mine.size() * sizeof(T));
+  std::memcpy(bytes.data(), mine.data(), bytes.size());
+  std::vector<T> sums(mine.size());
+  for (const Bytes& in : ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size()), bytes)))
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      T value;
+      std::memcpy(&value, in.data() + i * sizeof(T), sizeof(T));
+      sums[i] += value;
+    }
+  return sums;
+}
+
+// Every rank's occupied bins.
+std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
+  Bytes bytes(bins.bins().size() * sizeof(BinId));
+  for (std::size_t i = 0; i < bins.bins().size(); ++i)
+    std::memcpy(bytes.data() + i * sizeof(BinId), &bins.bins()[i].id, sizeof(BinId));
+  std::vector<BinId> all;
+  for (const Bytes& in : ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size()), bytes)))
+    for (std::size_t at = 0; at < in.size(); at += sizeof(BinId)) {
+      BinId id;
+      std::memcpy(&id, in.data() + at, sizeof id);
+      all.push_back(id);
+    }
+  return all;
+}
+
+}  // namespace
+
+BuildSummary build_map(std::span<const PointSource* const> sources, const BuildOptions& options, const Threads& threads,
+                       Ranks& ranks, const SinkFactory& sink, Progress& progress) {
+  const Parameters& p = options.parameters;
+  check(p);
+  BuildSummary summary;
+  Stopwatch watch;
+  const BinGrid grid{Lattice(resolution_mm(p))};
+
+  PointBins bins = PointBins::read(sources, grid, threads, ranks, progress);
+  const auto counts = sum_over_ranks<std::uint64_t>(
+      {bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range}, ranks);
+  summary.points = counts[0];
+  summary.not_finite = counts[1];
+  summary.out_of_range = counts[2];
+  if (summary.points == 0)
+    throw Error(ErrorCode::kBadInput,
+                "no point left to build from: " + std::to_string(sources.size()) + " input(s), " +
+                    std::to_string(summary.not_finite) + " point(s) not finite, " +
+                    std::to_string(summary.out_of_range) + " out of range",
+                sources.empty() ? "" : sources[0]->name());
+  watch.lap("partition", summary.phases);
+
+  const std::int32_t reach = complete_halo(p);
+  const TileTable table(occupied_bins(bins, ranks), grid, options.tile_cells, reach, options.max_nodes, ranks.size());
+  bins.redistribute(ranks, [&](BinId bin) { return table.owner_of(bin); });
+  summary.layout = table.layout();
+  TileSink& tiles = sink(table.layout());
+
+  const PassContext context{p, table, threads, ranks, progress};
+  NodeFields nodes(table.tiles().size());
+  threads.for_each(nodes.size(), [&](std::size_t i, int) {
+    if (context.owns(i)) nodes[i] = TileField<Node>(table.tiles()[i].box, std::max({kLinkHalo, reach, kFitHalo}));
+  });
+  model_pass(context, bins, grid, nodes);
+  bins = PointBins();
+  watch.lap("model", summary.phases);
+
+  exchange_halo(table, nodes, kLinkHalo, threads, ranks);
+  const ComponentCounts components = link_pass(context, nodes);
+  summary.components = components.all;
+  summary.components_kept = components.kept;
+  watch.lap("link", summary.phases);
+
+  exchange_halo(table, nodes, reach, threads, ranks);
+  complete_pass(context, options.neighbours_by_lattice, nodes);
+  watch.lap("complete", summary.phases);
+
+  exchange_halo(table, nodes, kFitHalo, threads, ranks);
+  const FitSummary fit = fit_pass(context, nodes, tiles);
+  const auto sums = sum_over_ranks<std::uint64_t>(
+      {fit.tiles, fit.nodes, fit.observed, fit.predicted, fit.obstacle, fit.unknown}, ranks);
+  summary.tiles = sums[0];
+  summary.nodes = sums[1];
+  summary.observed = sums[2];
+  summary.predicted = sums[3];
+  summary.obstacle = sums[4];
+  summary.unknown = sums[5];
+  summary.digest = sum_over_ranks<Digest>({fit.digest}, ranks)[0];
+  watch.lap("fit", summary.phases);
+  return summary;
+}
+
+}  // namespace btms

@@ -1,0 +1,143 @@
+#include <algorithm>
+
+#include "engine/lattice/neighbours.h"
+#include "engine/terrain/corner_fit.h"
+#include "engine/terrain/trigonometry.h"
+#include "engine/tiling/passes.h"
+
+namespace btms {
+namespace {
+
+struct FitRules {
+  std::int32_t r_mm;
+  std::int64_t steepest_rise2_mm2;  // tan^2(theta) r^2
+  double standing_mm;               // points this far above the surface stand on it
+
+  explicit FitRules(const Parameters& p) : r_mm(resolution_mm(p)), standing_mm(p.terrain_distance_m * 1000) {
+    const double s = sine(radians(p.slope_max_deg)), c = cosine(radians(p.slope_max_deg));
+    steepest_rise2_mm2 = static_cast<std::int64_t>(s * s / (c * c) * r_mm * r_mm);
+  }
+};
+
+void fit_corners(const TileField<Node>& nodes, const FitRules& rules, TerrainTile& tile) {
+  const CellBox& box = tile.box;
+  const std::int32_t half = rules.r_mm / 2;
+  std::size_t corner = 0, centre = 0;
+  for (std::int32_t row = box.row0; row <= box.row1; ++row)
+    for (std::int32_t col = box.col0; col <= box.col1; ++col) {
+      CornerMean mean;
+      for (const NodeOffset& o : kIncidentTable)
+        mean.add(nodes.cell({col + o.col, row + o.row})[o.triangle], o.col * rules.r_mm + half, o.row * rules.r_mm + half);
+      tile.corner_mm[corner++] = mean.height_mm();
+    }
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col) {
+      CornerMean mean;
+      const Node* cell = nodes.cell({col, row});
+      for (int t = 0; t < kTriangles; ++t) mean.add(cell[t], 0, 0);
+      tile.centre_mm[centre++] = mean.height_mm();
+    }
+}
+
+// Eq 12-13: the node's final plane and what is stored of it.
+NodeSurface finish(const Node& node, std::uint8_t t, const std::array<std::int32_t, 3>& corners, const FitRules& rules) {
+  NodeSurface out;
+  out.count = static_cast<std::uint16_t>(std::min<std::uint32_t>(node.count, 65535));
+  if (std::find(corners.begin(), corners.end(), kUnknownHeight_mm) != corners.end()) return out;
+  const FinalPlane plane = FinalPlane::through(t, corners);
+  if (plane.rise2_mm2() > rules.steepest_rise2_mm2) return out;
+
+  out.sd_mm = node.sd_mm;
+  if (node.node_class != NodeClass::kTerrain) out.support = node.support;
+  if (node.is_terrain()) out.weight = static_cast<std::uint8_t>((node.weight * 255u + 32768u) >> 16);
+  if (node.node_class == NodeClass::kTerrain) {
+    out.state = NodeState::kObserved;
+  } else if (node.node_class == NodeClass::kPredicted) {
+    out.state = node.occupied ? NodeState::kObstacle : NodeState::kPredicted;
+  } else {
+    // Not terrain by itself, but terrain all around spans its three corners.
+    const double surface = static_cast<double>(plane.centre_mm) +
+                           (static_cast<double>(plane.rise_x_mm) * node.mean_x_mm +
+                            static_cast<double>(plane.rise_y_mm) * node.mean_y_mm) / rules.r_mm;
+    const bool stands = node.count > 0 && node.mean_z_mm - surface > rules.standing_mm;
+    out.state = stands ? NodeState::kObstacle : NodeState::kPredicted;
+  }
+  return out;
+}
+
+// Forgets corner heights that no node of the tile has a plane through, so that what is stored is what nodes hold.
+void drop_unused_corners(TerrainTile& tile) {
+  std::vector<std::uint8_t> used(tile.corner_mm.size(), 0);
+  const CellBox& box = tile.box;
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col) {
+      bool centre_used = false;
+      for (std::uint8_t t = 0; t < kTriangles; ++t) {
+        if (tile.nodes[tile.node_index({{col, row}, t})].state == NodeState::kUnknown) continue;
+        centre_used = true;
+        const auto corners = triangle_corners(t);
+        for (int k = 1; k < 3; ++k)
+          used[tile.corner_index({col + corners[k].x / 2, row + corners[k].y / 2})] = 1;
+      }
+      if (!centre_used) tile.centre_mm[tile.cell_index({col, row})] = kUnknownHeight_mm;
+    }
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (!used[i]) tile.corner_mm[i] = kUnknownHeight_mm;
+}
+
+TerrainTile fit_tile(const TileField<Node>& nodes, const FitRules& rules, FitSummary& sums) {
+  const CellBox& box = nodes.interior();
+  TerrainTile tile(rules.r_mm, box);
+  fit_corners(nodes, rules, tile);
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col) {
+      const Node* cell = nodes.cell({col, row});
+      for (std::uint8_t t = 0; t < kTriangles; ++t) {
+        const NodeId id{{col, row}, t};
+        const NodeSurface surface = finish(cell[t], t, tile.corners_mm(id), rules);
+        tile.nodes[tile.node_index(id)] = surface;
+        sums.observed += surface.state == NodeState::kObserved;
+        sums.predicted += surface.state == NodeState::kPredicted;
+        sums.obstacle += surface.state == NodeState::kObstacle;
+        sums.unknown += surface.state == NodeState::kUnknown && surface.count > 0;
+      }
+    }
+  drop_unused_corners(tile);
+  return tile;
+}
+
+}  // namespace
+
+FitSummary fit_pass(const PassContext& context, const NodeFields& nodes, TileSink& sink) {
+  const FitRules rules(context.parameters);
+  const auto& tiles = context.table.tiles();
+  std::vector<FitSummary> sums(static_cast<std::size_t>(context.threads.count()));
+  context.for_each_tile("fit", [&](std::size_t i, int worker) {
+    FitSummary& sum = sums[static_cast<std::size_t>(worker)];
+    FitSummary here;
+    TerrainTile tile = fit_tile(nodes[i], rules, here);
+    here.nodes = here.observed + here.predicted + here.obstacle + here.unknown;
+    sum.observed += here.observed;
+    sum.predicted += here.predicted;
+    sum.obstacle += here.obstacle;
+    sum.unknown += here.unknown;
+    sum.nodes += here.nodes;
+    if (here.nodes == 0) return;  // nothing reached this tile
+    sum.digest += digest(tile);
+    ++sum.tiles;
+    sink.put(tiles[i].id, std::move(tile));
+  });
+  FitSummary all;
+  for (const FitSummary& s : sums) {
+    all.digest += s.digest;
+    all.tiles += s.tiles;
+    all.nodes += s.nodes;
+    all.observed += s.observed;
+    all.predicted += s.predicted;
+    all.obstacle += s.obstacle;
+    all.unknown += s.unknown;
+  }
+  return all;
+}
+
+}  // namespace btms

@@ -1,0 +1,126 @@
+#include <algorithm>
+#include <mutex>
+
+#include "engine/error.h"
+#include "engine/lattice/divider.h"
+#include "engine/terrain/node_model.h"
+#include "engine/tiling/passes.h"
+
+namespace btms {
+namespace {
+
+// Memory of one worker: the points of one bin sorted by node.
+struct Scratch {
+  std::vector<std::uint16_t> key;      // node within the bin: (row b + col) 4 + triangle
+  std::vector<std::uint32_t> end;      // per node: where its points end
+  std::vector<std::int16_t> x, y;      // from the square's centre
+  std::vector<std::int32_t> z;
+};
+
+// Counting sort of a bin's points by node.
+void sort_by_node(const PointBins::Bin& bin, const BinGrid& grid, Scratch& s) {
+  const auto n = static_cast<std::size_t>(bin.size);
+  const auto b = static_cast<std::uint32_t>(grid.edge_cells);
+  const auto r = static_cast<std::uint32_t>(grid.lattice.resolution_mm());
+  const std::size_t nodes = std::size_t{b} * b * kTriangles;
+  if (s.key.size() < n) {
+    s.key.resize(n);
+    s.x.resize(n);
+    s.y.resize(n);
+    s.z.resize(n);
+  }
+  const Divider divide(r);
+  std::size_t at = 0;
+  for (const PointBins::Run& run : bin.runs) {
+    std::uint16_t* key = s.key.data() + at;
+    for (std::uint32_t i = 0; i < run.size; ++i) {
+      const std::uint32_t x = run.points[i].x_mm, y = run.points[i].y_mm;
+      const std::uint32_t col = divide(x), row = divide(y);
+      const std::int32_t u2 = static_cast<std::int32_t>(2 * (x - col * r) - r);
+      const std::int32_t v2 = static_cast<std::int32_t>(2 * (y - row * r) - r);
+      key[i] = static_cast<std::uint16_t>((row * b + col) * kTriangles + triangle_of(u2, v2));
+    }
+    at += run.size;
+  }
+
+  s.end.assign(nodes + 1, 0);
+  for (std::size_t i = 0; i < n; ++i) ++s.end[s.key[i] + 1u];
+  for (std::size_t k = 0; k < nodes; ++k) s.end[k + 1] += s.end[k];
+  const std::int32_t half = static_cast<std::int32_t>(r / 2);
+  at = 0;
+  for (const PointBins::Run& run : bin.runs)
+    for (std::uint32_t i = 0; i < run.size; ++i, ++at) {
+      const std::uint32_t k = s.key[at], cell = k / kTriangles;
+      const std::uint32_t to = s.end[k]++;  // afterwards end[k] is where node k ends
+      s.x[to] = static_cast<std::int16_t>(run.points[i].x_mm - static_cast<std::int32_t>(cell % b * r) - half);
+      s.y[to] = static_cast<std::int16_t>(run.points[i].y_mm - static_cast<std::int32_t>(cell / b * r) - half);
+      s.z[to] = run.points[i].z_mm;
+    }
+}
+
+void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRules& rules, Scratch& s,
+               TileField<Node>& out) {
+  sort_by_node(bin, grid, s);
+  std::uint32_t begin = 0;
+  const std::span<Node> nodes = out.values();
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const std::uint32_t end = s.end[k];
+    nodes[k] = model_node({s.x.data() + begin, s.y.data() + begin, s.z.data() + begin, end - begin}, rules);
+    begin = end;
+  }
+}
+
+}  // namespace
+
+void PassContext::for_each_tile(const char* phase, const std::function<void(std::size_t, int)>& body) const {
+  std::vector<std::size_t> mine;
+  for (std::size_t i = 0; i < table.tiles().size(); ++i)
+    if (owns(i)) mine.push_back(i);
+  // Big tiles first: the last one to run should be short.
+  std::stable_sort(mine.begin(), mine.end(), [&](std::size_t a, std::size_t b) {
+    return table.tiles()[a].box.cells() > table.tiles()[b].box.cells();
+  });
+  progress.begin(phase, mine.size(), "tiles");
+  threads.for_each(mine.size(), [&](std::size_t i, int worker) {
+    if (progress.stop_requested()) throw Error(ErrorCode::kCancelled, std::string("stopped in ") + phase);
+    body(mine[i], worker);
+    progress.advance(1);
+  });
+}
+
+void model_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid, NodeFields& nodes) {
+  const NodeModelRules rules(context.parameters);
+  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
+  std::vector<TileField<Node>> local(scratch.size());
+  std::vector<Bytes> out(static_cast<std::size_t>(context.ranks.size()));
+  std::mutex out_mutex;
+
+  // Full bins first.
+  std::vector<const PointBins::Bin*> order;
+  for (const PointBins::Bin& bin : bins.bins()) order.push_back(&bin);
+  std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->size > b->size; });
+
+  context.progress.begin("model", bins.counts().points, "points");
+  context.threads.for_each(order.size(), [&](std::size_t i, int worker) {
+    if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in model");
+    const PointBins::Bin& bin = *order[i];
+    if (bin.size > 0xffffffffu)
+      throw Error(ErrorCode::kBadInput, "more than 4294967295 points in one block of " + std::to_string(grid.edge_mm() / 1000) +
+                                            " m: thin the input");
+    TileField<Node>& result = local[static_cast<std::size_t>(worker)];
+    result = TileField<Node>(grid.box_of(bin.id), 0);
+    model_bin(bin, grid, rules, scratch[static_cast<std::size_t>(worker)], result);
+    context.table.for_each_overlap(result.interior(), [&](std::size_t tile, const CellBox& part) {
+      if (context.owns(tile)) {
+        nodes[tile].copy_box(part, result);
+        return;
+      }
+      const std::lock_guard lock(out_mutex);
+      pack_strip(tile, part, result, out[static_cast<std::size_t>(context.table.tiles()[tile].owner)]);
+    });
+    context.progress.advance(bin.size);
+  });
+  if (context.ranks.size() > 1) unpack_strips(context.ranks.exchange(std::move(out)), nodes);
+}
+
+}  // namespace btms

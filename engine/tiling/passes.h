@@ -1,0 +1,63 @@
+// The passes between points and finished tiles. Each is a function (interior + halo of a tile) -> interior, run on every
+// tile this rank owns; it declares the halo it needs, and sees nothing else.
+//
+//   pass      equations  halo                       crosses a border as
+//   model     2, 3, 5    none                       nothing: a node belongs to one tile
+//   link      6          1 ring of candidates       copies of nodes
+//   merge     -          1 ring of component ids    sorted pairs of component ids
+//   complete  7-11       ceil(l/r - 1/6) rings      copies of terrain nodes
+//   fit       12-13      1 ring of completed nodes  copies of nodes; shared corners come out of equal bits on both sides
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "engine/model/digest.h"
+#include "engine/terrain/node.h"
+#include "engine/terrain/parameters.h"
+#include "engine/tiling/point_bins.h"
+#include "engine/tiling/progress.h"
+#include "engine/tiling/tile_field.h"
+
+namespace btms {
+
+using NodeFields = TileFields<Node>;
+
+// What every pass works with.
+struct PassContext {
+  const Parameters& parameters;
+  const TileTable& table;
+  const Threads& threads;
+  Ranks& ranks;
+  Progress& progress;
+
+  bool owns(std::size_t tile) const { return table.tiles()[tile].owner == ranks.rank(); }
+  // Runs body(tile index, worker) on every tile of this rank; stops when progress says so.
+  void for_each_tile(const char* phase, const std::function<void(std::size_t, int)>& body) const;
+};
+
+inline constexpr std::int32_t kLinkHalo = 1;   // neighbours share a corner
+inline constexpr std::int32_t kFitHalo = 1;    // a corner touches the squares around it
+std::int32_t complete_halo(const Parameters& p);
+
+// Points -> nodes, classes kEmpty, kNoPlane, kCandidate. Collective: a bin's nodes travel to the owners of its tiles.
+void model_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid, NodeFields& nodes);
+
+struct ComponentCounts {
+  std::uint64_t all = 0, kept = 0;
+};
+// Links candidates, merges components over borders, and turns candidates into kTerrain or kRejected. Collective; needs
+// kLinkHalo rings of `nodes`, leaves halos stale.
+ComponentCounts link_pass(const PassContext& context, NodeFields& nodes);
+
+// Predicts nodes from the kTerrain nodes around them; needs complete_halo() rings, leaves halos stale.
+void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeFields& nodes);
+
+struct FitSummary {
+  Digest digest;
+  std::uint64_t tiles = 0, nodes = 0, observed = 0, predicted = 0, obstacle = 0, unknown = 0;
+};
+// Corners, final planes, finished tiles into the sink; needs kFitHalo rings. Sums over this rank's tiles.
+FitSummary fit_pass(const PassContext& context, const NodeFields& nodes, TileSink& sink);
+
+}  // namespace btms

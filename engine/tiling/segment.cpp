@@ -1,0 +1,31 @@
+#include "engine/tiling/segment.h"
+
+#include <algorithm>
+#include <array>
+
+namespace btms {
+
+SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters) {
+  SegmentedScan out;
+  const auto threads = serial_threads();
+  const auto ranks = single_rank();
+  Progress progress;
+  BuildOptions options;
+  options.parameters = parameters;
+  out.map = MemoryMap(MapLayout{Lattice(resolution_mm(parameters)), {}});
+  if (scan.size() > 0) {
+    const std::array<const PointSource*, 1> sources{&scan};
+    out.summary = build_map(sources, options, *threads, *ranks,
+                            [&](const MapLayout& layout) -> TileSink& { return out.map = MemoryMap(layout); }, progress);
+  }
+  out.labels.resize(static_cast<std::size_t>(scan.size()));
+  out.counts = label_points(
+      scan, out.map, parameters, *threads,
+      [&](std::uint64_t first, std::span<const Label> labels) {
+        std::copy(labels.begin(), labels.end(), out.labels.begin() + static_cast<std::ptrdiff_t>(first));
+      },
+      progress);
+  return out;
+}
+
+}  // namespace btms

@@ -1,0 +1,86 @@
+#include "engine/tiling/tile_table.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "engine/error.h"
+
+namespace btms {
+namespace {
+
+std::string metres(std::int64_t mm) { return std::to_string(mm / 1000); }
+
+// The bin furthest from the median of all bins: the likely culprit of an absurd extent.
+BinId furthest(std::span<const BinId> bins) {
+  std::vector<std::int32_t> xs, ys;
+  for (const BinId& b : bins) xs.push_back(b.bx), ys.push_back(b.by);
+  const auto middle = static_cast<std::ptrdiff_t>(bins.size() / 2);
+  std::nth_element(xs.begin(), xs.begin() + middle, xs.end());
+  std::nth_element(ys.begin(), ys.begin() + middle, ys.end());
+  const std::int64_t mx = xs[static_cast<std::size_t>(middle)], my = ys[static_cast<std::size_t>(middle)];
+  const auto away = [&](const BinId& b) { return std::max(std::abs(b.bx - mx), std::abs(b.by - my)); };
+  return *std::max_element(bins.begin(), bins.end(), [&](const BinId& a, const BinId& b) { return away(a) < away(b); });
+}
+
+}  // namespace
+
+TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::int32_t tile_cells, std::int32_t reach,
+                     std::uint64_t max_nodes, int ranks)
+    : bins_(bins), layout_{bins.lattice, {}}, ranks_(ranks) {
+  if (tile_cells > 0) {
+    layout_.grid.edge_cells = tile_cells;
+  } else {
+    CellBox whole;
+    for (const BinId& b : occupied) whole = whole.hull(bins.box_of(b));
+    whole = whole.grown(reach);
+    layout_.grid.origin = {whole.col0, whole.row0};
+    layout_.grid.edge_cells =
+        static_cast<std::int32_t>(std::min<std::int64_t>(std::max(whole.cols(), whole.rows()), 1 << 30));
+  }
+
+  // Cells with points per tile, then what predictions from them may reach.
+  std::map<TileId, CellBox> with_points, in_use;
+  for (const BinId& b : occupied) {
+    const CellBox box = bins.box_of(b);
+    layout_.grid.for_each_tile(box, [&](TileId id) {
+      CellBox& hull = with_points[id];
+      hull = hull.hull(box.intersect(layout_.grid.box_of(id)));
+    });
+  }
+  for (const auto& [source, box] : with_points) {
+    const CellBox reached = box.grown(reach);
+    layout_.grid.for_each_tile(reached, [&](TileId id) {
+      CellBox& hull = in_use[id];
+      hull = hull.hull(reached.intersect(layout_.grid.box_of(id)));
+    });
+  }
+
+  std::uint64_t nodes = 0;
+  for (const auto& [id, box] : in_use) {
+    nodes += static_cast<std::uint64_t>(box.cells()) * kTriangles;
+    index_.emplace(id, static_cast<std::int32_t>(tiles_.size()));
+    tiles_.push_back({id, box, owner_of(id)});
+  }
+  if (nodes > max_nodes) {
+    const BinId far = furthest(occupied);
+    const std::int64_t edge = bins.edge_mm();
+    throw Error(ErrorCode::kUsage, "the map would have " + std::to_string(nodes) + " nodes, more than --max-nodes " +
+                                       std::to_string(max_nodes) + "; the points furthest out are near x = " +
+                                       metres(far.bx * edge) + " m, y = " + metres(far.by * edge) +
+                                       " m: remove them, choose a coarser --resolution, or raise --max-nodes");
+  }
+}
+
+int TileTable::owner_of(TileId id) const {
+  // Neighbouring tiles on different ranks: every border is really exchanged.
+  const std::int64_t diagonal = std::int64_t{id.tx} + id.ty;
+  return static_cast<int>(diagonal - ranks_ * floor_div(diagonal, ranks_));
+}
+
+int TileTable::owner_of(BinId bin) const {
+  const CellBox box = bins_.box_of(bin);
+  return owner_of(layout_.grid.tile_of({box.col0, box.row0}));
+}
+
+}  // namespace btms

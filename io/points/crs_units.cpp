@@ -1,0 +1,85 @@
+#include "io/points/crs_units.h"
+
+#include <proj.h>
+#include <proj_experimental.h>  // proj_crs_alter_*: "experimental" since PROJ 5, unchanged up to 9
+
+#include <memory>
+
+namespace btms {
+namespace {
+
+struct Free {
+  void operator()(PJ_CONTEXT* context) const { proj_context_destroy(context); }
+  void operator()(PJ* object) const { proj_destroy(object); }
+};
+using Context = std::unique_ptr<PJ_CONTEXT, Free>;
+using Object = std::unique_ptr<PJ, Free>;
+
+// One context a call: PROJ's contexts are not thread-safe.
+Context quiet_context() {
+  Context context(proj_context_create());
+  proj_log_level(context.get(), PJ_LOG_NONE);  // stderr belongs to the program
+  proj_context_set_enable_network(context.get(), 0);
+  return context;
+}
+
+Object parse(PJ_CONTEXT* context, const std::string& crs) {
+  Object object(proj_create(context, crs.c_str()));
+  if (!object || !proj_is_crs(object.get())) return nullptr;
+  if (proj_get_type(object.get()) == PJ_TYPE_BOUND_CRS) object.reset(proj_get_source_crs(context, object.get()));
+  return object;
+}
+
+// Part 0 (horizontal) or 1 (vertical) of a compound system; a plain one is its own part 0.
+Object part(PJ_CONTEXT* context, const PJ* crs, int index) {
+  if (proj_get_type(crs) == PJ_TYPE_COMPOUND_CRS) return Object(proj_crs_get_sub_crs(context, crs, index));
+  return index == 0 ? Object(proj_clone(context, crs)) : nullptr;
+}
+
+// Metres (or radians) per unit of the first axis, 0 when unknown.
+double unit(PJ_CONTEXT* context, const PJ* crs) {
+  const Object system(proj_crs_get_coordinate_system(context, crs));
+  double factor = 0;
+  if (!system ||
+      !proj_cs_get_axis_info(context, system.get(), 0, nullptr, nullptr, nullptr, &factor, nullptr, nullptr, nullptr)) {
+    return 0;
+  }
+  return factor;
+}
+
+bool is_geographic(PJ_TYPE type) {
+  return type == PJ_TYPE_GEOGRAPHIC_2D_CRS || type == PJ_TYPE_GEOGRAPHIC_3D_CRS || type == PJ_TYPE_GEOGRAPHIC_CRS;
+}
+
+}  // namespace
+
+CrsUnits crs_units(const std::string& crs) {
+  const Context context = quiet_context();
+  const Object whole = parse(context.get(), crs);
+  const Object horizontal = whole ? part(context.get(), whole.get(), 0) : nullptr;
+  if (!horizontal) return {};
+  const Object vertical = part(context.get(), whole.get(), 1);
+  CrsUnits units;
+  units.in_degrees = is_geographic(proj_get_type(horizontal.get()));
+  units.horizontal_m = unit(context.get(), horizontal.get());
+  units.vertical_m = vertical ? unit(context.get(), vertical.get()) : 0;
+  units.understood = units.horizontal_m > 0;
+  return units;
+}
+
+std::string crs_in_metres(const std::string& crs) {
+  const Context context = quiet_context();
+  PJ_CONTEXT* c = context.get();
+  const Object whole = parse(c, crs);
+  const Object horizontal = whole ? part(c, whole.get(), 0) : nullptr;
+  if (!horizontal || proj_get_type(horizontal.get()) != PJ_TYPE_PROJECTED_CRS) return {};
+  // The false easting and northing are lengths, too, and change with the unit.
+  const Object parameters(
+      proj_crs_alter_parameters_linear_unit(c, horizontal.get(), "metre", 1.0, "EPSG", "9001", /*convert=*/1));
+  const Object metric(parameters ? proj_crs_alter_cs_linear_unit(c, parameters.get(), "metre", 1.0, "EPSG", "9001")
+                                 : nullptr);
+  const char* wkt = metric ? proj_as_wkt(c, metric.get(), PJ_WKT2_2019, nullptr) : nullptr;
+  return wkt == nullptr ? std::string() : wkt;
+}
+
+}  // namespace btms

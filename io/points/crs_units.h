@@ -1,0 +1,22 @@
+// What a coordinate reference system says about the unit of coordinates. The only file pair here that knows PROJ.
+#pragma once
+
+#include <string>
+
+namespace btms {
+
+struct CrsUnits {
+  bool understood = false;  // false: the text is not one PROJ can read, nothing below is meant
+  bool in_degrees = false;  // geographic: latitude and longitude
+  double horizontal_m = 1;  // metres per unit
+  double vertical_m = 0;    // metres per unit of a stated vertical system, 0 when none is stated
+};
+
+// `crs` is WKT of any kind or "EPSG:n".
+CrsUnits crs_units(const std::string& crs);
+
+// The same projection with metres as its unit, as WKT, for coordinates that were converted; empty when PROJ cannot. A
+// vertical system is left out.
+std::string crs_in_metres(const std::string& crs);
+
+}  // namespace btms

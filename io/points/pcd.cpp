@@ -1,0 +1,204 @@
+#include "io/points/pcd.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstdlib>
+#include <optional>
+
+#include "io/points/little_endian.h"
+#include "io/points/lzf.h"
+#include "io/points/millimetres.h"
+#include "io/points/pcd_ascii.h"
+#include "io/points/pcd_header.h"
+
+namespace btms {
+namespace {
+
+constexpr std::size_t kReadBytes = std::size_t{1} << 18;
+constexpr const char* kDataNames[] = {"ascii", "binary", "binary_compressed"};
+
+// 1000 times a float is exact in double; a double loses at most 1e-5 mm inside the range of maps.
+void to_mm(const std::uint8_t* from, std::size_t stride, std::size_t value_bytes, std::size_t n, double* to) {
+  if (value_bytes == 4) {
+    for (std::size_t i = 0; i < n; ++i) to[i] = 1000.0 * static_cast<double>(load<float>(from + i * stride));
+  } else {
+    for (std::size_t i = 0; i < n; ++i) to[i] = 1000.0 * load<double>(from + i * stride);
+  }
+}
+
+class PcdFile final : public PointFile {
+ public:
+  explicit PcdFile(const std::filesystem::path& path) : file_(path), header_(read_pcd_header(file_)) {
+    info_.format = "PCD " + header_.version + " " + kDataNames[static_cast<int>(header_.data)];
+    info_.points = header_.points;
+    info_.bytes = file_.size();
+    info_.warnings = header_.warnings;
+    if (header_.points == 0) info_.warnings.emplace_back("the file has no points");
+    switch (header_.data) {
+      case PcdData::kAscii:
+        open_ascii();
+        break;
+      case PcdData::kBinary:
+        open_binary();
+        break;
+      case PcdData::kCompressed:
+        open_compressed();
+        break;
+    }
+    warn_of_coarse_floats();
+  }
+
+  std::string name() const override { return file_.path().string(); }
+  std::uint64_t size() const override { return header_.points; }
+  const std::filesystem::path& path() const override { return file_.path(); }
+  const PointFileInfo& info() const override { return info_; }
+
+  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
+    assert(first <= size() && count <= size() - first);
+    block.reset(count);
+    switch (header_.data) {
+      case PcdData::kAscii:
+        return read_ascii(first, count, block);
+      case PcdData::kBinary:
+        return read_binary(first, count, block);
+      case PcdData::kCompressed:
+        return read_compressed(first, count, block);
+    }
+  }
+
+ private:
+  // Bytes of all records. Fits 64 bits, or the file would not be long enough.
+  std::uint64_t record_bytes(std::uint64_t room) const {
+    std::uint64_t bytes = 0;
+    const bool overflow = __builtin_mul_overflow(header_.points, header_.stride, &bytes);
+    if (!overflow && bytes <= room) return bytes;
+    file_.refuse("header declares " + std::to_string(header_.points) + " points of " + std::to_string(header_.stride) +
+                     " bytes, found " + std::to_string(room / header_.stride) + " whole records; the file is truncated",
+                 header_.data_offset);
+  }
+
+  void warn_of_trailing(std::uint64_t bytes) {
+    if (bytes != 0) info_.warnings.push_back(std::to_string(bytes) + " bytes behind the last point: ignored");
+  }
+
+  void open_ascii() {
+    lines_.emplace(file_, header_);
+    if (lines_->trailing()) info_.warnings.emplace_back("there are lines behind the last point: ignored");
+  }
+
+  void open_binary() {
+    const std::uint64_t room = file_.size() - header_.data_offset;
+    warn_of_trailing(room - record_bytes(room));
+  }
+
+  void open_compressed() {
+    const std::uint64_t room = file_.size() - header_.data_offset;
+    std::uint8_t sizes[8];
+    if (room < sizeof sizes) file_.refuse("the file ends before the compressed data", file_.size());
+    file_.open().read(header_.data_offset, sizes);
+    const std::uint64_t packed = load<std::uint32_t>(sizes), unpacked = load<std::uint32_t>(sizes + 4);
+    if (packed > room - sizeof sizes) {
+      file_.refuse("compressed data of " + std::to_string(packed) + " bytes, found " +
+                       std::to_string(room - sizeof sizes) + "; the file is truncated",
+                   header_.data_offset);
+    }
+    if (record_bytes(UINT32_MAX) != unpacked) {
+      file_.refuse("compressed data of " + std::to_string(unpacked) + " bytes when unpacked, expected " +
+                       std::to_string(header_.points * header_.stride) + " for " + std::to_string(header_.points) +
+                       " points",
+                   header_.data_offset + 4);
+    }
+    warn_of_trailing(room - sizeof sizes - packed);
+    packed_.emplace(file_, header_.data_offset + sizeof sizes, packed, unpacked);
+  }
+
+  // float32 has steps of 8 mm beyond 10^5 m, of 0.5 m at a northing of 5 * 10^6 m.
+  void warn_of_coarse_floats() {
+    constexpr std::int64_t kFar_mm = 100'000'000;
+    if (header_.xyz[0].bytes != 4 && header_.xyz[1].bytes != 4) return;
+    PointBlock block;
+    read(0, std::min<std::uint64_t>(size(), 1024), block);
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      const bool dropped = block.x_mm[i] == PointBlock::kDroppedX;
+      if (dropped || (std::abs(block.x_mm[i]) <= kFar_mm && std::abs(block.y_mm[i]) <= kFar_mm)) continue;
+      info_.warnings.emplace_back(
+          "coordinates beyond 100 km as float32 have lost their precision (steps of 8 mm to 0.5 m); write them as "
+          "float64, or relative to a local origin");
+      return;
+    }
+  }
+
+  void read_ascii(std::uint64_t first, std::size_t count, PointBlock& block) const {
+    std::vector<double> metres(3 * count);
+    lines_->read(file_, header_, first, count, block.bytes, metres.data());
+    MmChunk chunk;
+    for (std::size_t done = 0; done < count; done += MmChunk::kPoints) {
+      const std::size_t n = std::min(MmChunk::kPoints, count - done);
+      for (std::size_t i = 0; i < n; ++i) {
+        const double* point = &metres[3 * (done + i)];
+        chunk.x[i] = 1000 * point[0];
+        chunk.y[i] = 1000 * point[1];
+        chunk.z[i] = 1000 * point[2];
+      }
+      round_into(chunk, n, block, done);
+    }
+  }
+
+  void read_binary(std::uint64_t first, std::size_t count, PointBlock& block) const {
+    const std::size_t stride = header_.stride, most = std::max<std::size_t>(1, kReadBytes / stride);
+    const InputFile::Session session = file_.open();
+    for (std::size_t done = 0; done < count;) {
+      const std::size_t n = std::min(most, count - done);
+      if (block.bytes.size() < n * stride) block.bytes.resize(n * stride);
+      session.read(header_.data_offset + (first + done) * stride, {block.bytes.data(), n * stride});
+      for (std::size_t i = 0; i < n; i += MmChunk::kPoints)
+        unpack(block.bytes.data() + i * stride, std::min(MmChunk::kPoints, n - i), block, done + i);
+      done += n;
+    }
+    session.finish();
+  }
+
+  void unpack(const std::uint8_t* records, std::size_t n, PointBlock& block, std::size_t at) const {
+    MmChunk chunk;
+    double* const columns[] = {chunk.x, chunk.y, chunk.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const PcdField& field = header_.xyz[axis];
+      to_mm(records + field.offset, header_.stride, field.bytes, n, columns[axis]);
+    }
+    round_into(chunk, n, block, at);
+  }
+
+  // Unpacked, all values of a field follow each other: field offset * points is where a column starts.
+  void read_compressed(std::uint64_t first, std::size_t count, PointBlock& block) const {
+    std::array<std::vector<std::uint8_t>, 3> columns;
+    const InputFile::Session session = file_.open();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const PcdField& field = header_.xyz[axis];
+      columns[axis].resize(count * field.bytes);
+      packed_->read(file_, session, field.offset * header_.points + first * field.bytes, columns[axis], block.bytes);
+    }
+    session.finish();
+    MmChunk chunk;
+    double* const to[] = {chunk.x, chunk.y, chunk.z};
+    for (std::size_t done = 0; done < count; done += MmChunk::kPoints) {
+      const std::size_t n = std::min(MmChunk::kPoints, count - done);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t bytes = header_.xyz[axis].bytes;
+        to_mm(columns[axis].data() + done * bytes, bytes, bytes, n, to[axis]);
+      }
+      round_into(chunk, n, block, done);
+    }
+  }
+
+  InputFile file_;
+  PcdHeader header_;
+  std::optional<PcdLines> lines_;   // ascii only
+  std::optional<LzfRange> packed_;  // binary_compressed only
+  PointFileInfo info_;
+};
+
+}  // namespace
+
+std::unique_ptr<PointFile> open_pcd(const std::filesystem::path& path) { return std::make_unique<PcdFile>(path); }
+
+}  // namespace btms

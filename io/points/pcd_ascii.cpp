@@ -1,0 +1,118 @@
+#include "io/points/pcd_ascii.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+namespace btms {
+namespace {
+
+constexpr std::uint64_t kSpacing = 1024;
+constexpr std::size_t kBlock = std::size_t{1} << 18;  // more than a line
+static_assert(kBlock > kPcdLineBytes);
+
+constexpr std::string_view kBlank = " \t\r";
+
+bool is_blank(std::string_view line) { return line.find_first_not_of(kBlank) == line.npos; }
+
+// Calls visit(line, offset, number) until it returns false or the range ends.
+template <typename Visit>
+void for_each_line(const InputFile& file, std::uint64_t at, std::uint64_t end, std::uint64_t number,
+                   std::vector<std::uint8_t>& buffer, Visit visit) {
+  const InputFile::Session session = file.open();
+  if (buffer.size() < kBlock) buffer.resize(kBlock);
+  while (at < end) {
+    const std::size_t n = std::min<std::uint64_t>(kBlock, end - at);
+    session.read(at, {buffer.data(), n});
+    const std::string_view text(reinterpret_cast<const char*>(buffer.data()), n);
+    std::size_t begin = 0;
+    while (begin < n) {
+      std::size_t newline = text.find('\n', begin);
+      const bool last = at + n == end;
+      if (newline == text.npos && !last && begin != 0) break;  // cut by the block: read again from its start
+      if (newline == text.npos) newline = n;
+      if (newline - begin > kPcdLineBytes) {
+        file.refuse("line " + std::to_string(number) + " is longer than " + std::to_string(kPcdLineBytes) + " bytes",
+                    at + begin);
+      }
+      if (!visit(text.substr(begin, newline - begin), at + begin, number)) return session.finish();
+      begin = newline + 1;
+      ++number;
+    }
+    at += std::min(begin, n);
+  }
+  session.finish();
+}
+
+// "nan" and "inf" are numbers here; they are dropped later.
+bool parse(std::string_view word, double& value) {
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error == std::errc::result_out_of_range) value = std::numeric_limits<double>::max();  // 1e999: out of range, too
+  return (error == std::errc() || error == std::errc::result_out_of_range) && end == word.data() + word.size();
+}
+
+void parse_line(const InputFile& file, const PcdHeader& header, std::string_view line, std::uint64_t offset,
+                std::uint64_t number, double* xyz) {
+  std::size_t column = 0;
+  for (std::size_t at = 0; (at = line.find_first_not_of(kBlank, at)) != line.npos; ++column) {
+    const std::size_t end = std::min(line.find_first_of(kBlank, at), line.size());
+    const std::string_view word = line.substr(at, end - at);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (header.xyz[axis].column != column || parse(word, xyz[axis])) continue;
+      file.refuse("line " + std::to_string(number) + ": found \"" + std::string(word.substr(0, 40)) +
+                      "\", expected a number for " + "xyz"[axis],
+                  offset + at);
+    }
+    at = end;
+  }
+  if (column == header.columns) return;
+  file.refuse("line " + std::to_string(number) + ": found " + std::to_string(column) + " numbers, expected " +
+                  std::to_string(header.columns),
+              offset);
+}
+
+}  // namespace
+
+PcdLines::PcdLines(const InputFile& file, const PcdHeader& header) {
+  std::vector<std::uint8_t> buffer;
+  std::uint64_t found = 0;
+  Mark end{header.data_offset, header.data_line + 1};
+  for_each_line(file, header.data_offset, file.size(), header.data_line + 1, buffer,
+                [&](std::string_view line, std::uint64_t offset, std::uint64_t number) {
+                  if (is_blank(line)) return true;
+                  trailing_ = found == header.points;
+                  if (trailing_) return false;
+                  if (found++ % kSpacing == 0) marks_.push_back({offset, number});
+                  end = {std::min(offset + line.size() + 1, file.size()), number + 1};
+                  return true;
+                });
+  marks_.push_back(end);
+  if (found < header.points) {
+    file.refuse("header declares " + std::to_string(header.points) + " points, found " + std::to_string(found) +
+                    " lines; the file is truncated",
+                header.data_offset);
+  }
+}
+
+void PcdLines::read(const InputFile& file, const PcdHeader& header, std::uint64_t first, std::size_t count,
+                    std::vector<std::uint8_t>& scratch, double* xyz) const {
+  if (count == 0) return;
+  const Mark& start = marks_[first / kSpacing];
+  std::uint64_t point = first - first % kSpacing;
+  const std::uint64_t end = first + count;
+  for_each_line(file, start.offset, marks_.back().offset, start.line, scratch,
+                [&](std::string_view line, std::uint64_t offset, std::uint64_t number) {
+                  if (is_blank(line)) return true;
+                  if (point >= first) {
+                    parse_line(file, header, line, offset, number, xyz);
+                    xyz += 3;
+                  }
+                  return ++point < end;
+                });
+  if (point != end) file.refuse("changed while read: lines are missing", marks_.back().offset);
+}
+
+}  // namespace btms

@@ -1,0 +1,96 @@
+#include "io/points/point_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "engine/error.h"
+#include "io/points/kitti.h"
+#include "io/points/las.h"
+#include "io/points/pcd.h"
+#include "io/points/plain_labels.h"
+
+namespace btms {
+namespace {
+
+struct Format {
+  const char* extension;
+  std::unique_ptr<PointFile> (*open)(const std::filesystem::path&);
+  const char* label_extension;  // nullptr: the input's own
+  std::unique_ptr<LabelWriter> (*create_labels)(const PointFile&, const std::filesystem::path&);
+};
+
+constexpr Format kFormats[] = {
+    {".las", open_las, nullptr, create_las_labels},
+    {".bin", open_kitti, ".label", create_kitti_labels},
+    {".pcd", open_pcd, ".labels", create_byte_labels},
+};
+
+struct ClassFormat {
+  const char* extension;
+  std::vector<std::uint32_t> (*read)(const std::filesystem::path&);
+};
+
+constexpr ClassFormat kClassFormats[] = {
+    {".las", read_las_classes},
+    {".label", read_kitti_classes},
+    {".labels", read_byte_classes},
+};
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string text = path.extension().string();
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+template <typename Row, std::size_t n>
+const Row& row_for(const Row (&table)[n], const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  std::string known;
+  for (const Row& row : table) {
+    if (extension == row.extension) return row;
+    known += std::string(known.empty() ? "" : " ") + row.extension;
+  }
+  if (extension == ".laz") {
+    throw Error(ErrorCode::kBadInput,
+                "LAZ (compressed LAS) is not supported in this build; decompress it to .las first", path.string());
+  }
+  throw Error(ErrorCode::kUsage, "no reader for the extension \"" + extension + "\"; expected one of " + known,
+              path.string());
+}
+
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code error;  // most often the output does not exist yet
+  return std::filesystem::equivalent(a, b, error) && !error;
+}
+
+}  // namespace
+
+std::unique_ptr<PointFile> open_points(const std::filesystem::path& path) { return row_for(kFormats, path).open(path); }
+
+std::vector<std::string> known_point_extensions() {
+  std::vector<std::string> extensions;
+  for (const Format& format : kFormats) extensions.emplace_back(format.extension);
+  return extensions;
+}
+
+std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder) {
+  const Format& format = row_for(kFormats, input.path());
+  std::filesystem::path output = folder / input.path().filename();
+  if (format.label_extension != nullptr) output.replace_extension(format.label_extension);
+  if (same_file(input.path(), output)) {
+    throw Error(ErrorCode::kUsage, "labels would replace the input itself; choose another output folder",
+                output.string());
+  }
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw Error(ErrorCode::kFailed, "cannot create the folder: " + error.message(), folder.string());
+  return format.create_labels(input, output);
+}
+
+std::vector<std::uint32_t> read_classes(const std::filesystem::path& path) {
+  return row_for(kClassFormats, path).read(path);
+}
+
+}  // namespace btms

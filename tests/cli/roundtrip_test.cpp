@@ -1,0 +1,142 @@
+// A small city from synthesis to scores, through the real program.
+#include "tests/cli/program.h"
+
+namespace btms::test {
+namespace {
+
+// One city, one map, shared by the tests of this file.
+class CliRoundTrip : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TempFolder>();
+    synth_ =
+        run_json({"synth", "--points", "200000", "--files", "2", "--origin", "500,-300", "-o", *folder_ / "truth"});
+    build_ = run_json({"build", *folder_ / "truth", "-o", map(), "--picture", *folder_ / "city.png"});
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+  static std::string map() { return *folder_ / "city.btms"; }
+  static std::string in(const std::string& name) { return *folder_ / name; }
+
+  static inline std::unique_ptr<TempFolder> folder_;
+  static inline nlohmann::json synth_, build_;
+};
+
+TEST_F(CliRoundTrip, BuildReportsWhatItDid) {
+  ASSERT_TRUE(build_.is_object());
+  EXPECT_EQ(build_["points"], synth_["points"]);
+  EXPECT_EQ(build_["inputs"].size(), 2u);
+  EXPECT_EQ(build_["preset"], "city");
+  EXPECT_EQ(build_["digest"].get<std::string>().size(), 32u);
+  EXPECT_GT(build_["nodes"]["observed"], 100);
+  EXPECT_GT(build_["components"]["kept"], 0);
+  EXPECT_FALSE(build_["phases"].empty());
+  EXPECT_GT(build_["peak_rss_bytes"], 1 << 20);
+  EXPECT_GT(fs::file_size(in("city.png")), 1000u);
+}
+
+TEST_F(CliRoundTrip, DigestIsTheSameForEveryWayToBuild) {
+  const std::string digest = build_["digest"];
+  const Outcome recomputed = run({"digest", map()});
+  EXPECT_EQ(recomputed.status, 0) << recomputed.err;
+  EXPECT_EQ(recomputed.out, digest + "\n");
+  const std::vector<std::vector<std::string>> ways = {{"--executor", "serial"},
+                                                      {"--executor", "ranks:3"},
+                                                      {"--tile-cells", "whole"},
+                                                      {"--tile-cells", "7"},
+                                                      {"--neighbours", "lattice"},
+                                                      {"--threads", "3"},
+                                                      {"--executor", "ranks:2", "-j", "4"}};
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    std::vector<std::string> call = {"build", in("truth/city_001.las"), in("truth/city_000.las"), "-o",
+                                     in("other.btms")};
+    call.insert(call.end(), ways[i].begin(), ways[i].end());
+    EXPECT_EQ(run_json(call)["digest"], digest) << testing::PrintToString(ways[i]);
+    EXPECT_EQ(run_json({"digest", in("other.btms")})["match"], true) << testing::PrintToString(ways[i]);
+  }
+}
+
+TEST_F(CliRoundTrip, LabelsScoreWell) {
+  const auto label = run_json({"label", map(), in("truth"), "-o", in("labelled")});
+  EXPECT_EQ(names_in(in("labelled")), (std::vector<std::string>{"city_000.las", "city_001.las"}));
+  EXPECT_EQ(label["total"]["points"], synth_["points"]);
+  EXPECT_EQ(label["total"]["terrain"].get<int>() + label["total"]["obstacle"].get<int>() +
+                label["total"]["below"].get<int>() + label["total"]["dropped"].get<int>(),
+            synth_["points"].get<int>());
+  const auto eval = run_json({"eval", "--truth", in("truth"), "--prediction", in("labelled")});
+  EXPECT_EQ(eval["files"].size(), 2u);
+  EXPECT_GT(eval["with_ambiguous"]["mean"]["f1"], 0.9);
+  EXPECT_LE(eval["with_ambiguous"]["mean"]["f1"], 1.0);
+  const Outcome text = run({"eval", "--truth", in("truth"), "--prediction", in("labelled"), "--classes"});
+  EXPECT_NE(text.out.find("deviation"), std::string::npos);
+  EXPECT_NE(text.out.find("kappa"), std::string::npos);
+  // Truth against itself is perfect.
+  EXPECT_EQ(run_json({"eval", "--truth", in("truth/city_000.las"), "--prediction",
+                      in("truth/city_000.las")})["with_ambiguous"]["pooled"]["f1"],
+            1.0);
+}
+
+TEST_F(CliRoundTrip, InfoNamesPointFilesAndMaps) {
+  const auto file = run_json({"info", in("truth/city_000.las")});
+  EXPECT_EQ(file["kind"], "points");
+  EXPECT_EQ(file["points"], synth_["files"][0]["points"]);
+  const auto map_info = run_json({"info", map()});
+  EXPECT_EQ(map_info["kind"], "map");
+  EXPECT_EQ(map_info["digest"], build_["digest"]);
+  EXPECT_EQ(map_info["parameters"], build_["parameters"]);
+  EXPECT_NE(run({"info", map()}).out.find("resolution_m"), std::string::npos);
+}
+
+TEST_F(CliRoundTrip, QueryAnswersByOptionAndInBatch) {
+  const double x = 500 + synth_["width_m"].get<double>() / 2, y = -300 + synth_["height_m"].get<double>() / 2;
+  const std::string place = std::to_string(x) + "," + std::to_string(y);
+  const auto one = run_json({"query", map(), "--at", place});
+  ASSERT_TRUE(one.contains("z"));
+  EXPECT_NE(one["state"], "unknown");
+  EXPECT_GT(one["normal"][2], 0.5);
+  const auto two = run_json({"query", map(), "--at", place, "--at=-9000,-9000"});
+  EXPECT_EQ(two["places"][0], one);
+  EXPECT_EQ(two["places"][1]["state"], "unknown");
+  EXPECT_TRUE(two["places"][1]["z"].is_null());
+  const auto batch = run_json({"query", map()}, std::to_string(x) + " " + std::to_string(y) + "\n\n-9000 -9000\n");
+  EXPECT_EQ(batch["places"], two["places"]);
+  EXPECT_EQ(run({"query", map()}, "1 2\nfoo\n").status, 2);
+  EXPECT_NE(run({"query", map(), "--at", place}).out.find(one["state"].get<std::string>()), std::string::npos);
+}
+
+TEST_F(CliRoundTrip, EqualOutputNamesAndOverwrittenInputsAreRefused) {
+  fs::create_directories(in("copy"));
+  fs::copy_file(in("truth/city_000.las"), in("copy/city_000.las"), fs::copy_options::overwrite_existing);
+  const Outcome equal = run({"label", map(), in("truth/city_000.las"), in("copy/city_000.las"), "-o", in("equal")});
+  EXPECT_EQ(equal.status, 2) << equal.err;
+  EXPECT_FALSE(fs::exists(in("equal")));
+  const std::string before = read_text(in("copy/city_000.las"));
+  const Outcome onto = run({"label", map(), in("copy/city_000.las"), "-o", in("copy")});
+  EXPECT_EQ(onto.status, 2) << onto.err;
+  EXPECT_EQ(read_text(in("copy/city_000.las")), before);
+}
+
+TEST_F(CliRoundTrip, ADamagedMapFailsVerification) {
+  fs::remove_all(in("damaged.btms"));
+  fs::copy(map(), in("damaged.btms"), fs::copy_options::recursive);
+  fs::path largest;
+  for (const auto& entry : fs::recursive_directory_iterator(in("damaged.btms")))
+    if (entry.is_regular_file() && entry.path().filename() != "map.nc" &&
+        (largest.empty() || entry.file_size() > fs::file_size(largest)))
+      largest = entry.path();
+  std::string bytes = read_text(largest);
+  for (std::size_t i = bytes.size() / 4; i < bytes.size() * 3 / 4; ++i) bytes[i] = static_cast<char>(bytes[i] ^ 0x55);
+  write_text(largest, bytes);
+  EXPECT_EQ(run({"digest", in("damaged.btms")}).status, 4) << largest;
+}
+
+TEST_F(CliRoundTrip, ProgressAsJsonIsOneObjectALine) {
+  const Outcome outcome = run({"digest", map(), "--progress", "json"});
+  std::istringstream lines(outcome.err);
+  int objects = 0;
+  for (std::string line; std::getline(lines, line); ++objects)
+    EXPECT_TRUE(nlohmann::json::parse(line, nullptr, false).contains("phase")) << line;
+  EXPECT_GE(objects, 1);
+}
+
+}  // namespace
+}  // namespace btms::test

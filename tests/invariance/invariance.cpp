@@ -1,0 +1,111 @@
+#include "tests/invariance/invariance.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "engine/model/memory_map.h"
+#include "engine/tiling/build.h"
+#include "engine/tiling/label.h"
+
+namespace btms::test {
+namespace {
+
+std::vector<std::unique_ptr<CloudSource>> arrange(const std::vector<CloudPoint>& points, const std::string& how) {
+  std::vector<CloudPoint> p = points;
+  if (how == "shuffled") {
+    Random random(99);
+    for (std::size_t i = p.size(); i > 1; --i)
+      std::swap(p[i - 1], p[static_cast<std::size_t>(random.between(0, static_cast<std::int64_t>(i) - 1))]);
+  }
+  if (how == "reversed") std::reverse(p.begin(), p.end());
+  std::vector<std::unique_ptr<CloudSource>> sources;
+  if (how == "split") {  // in three files of unlike sizes, the last first
+    const auto a = static_cast<std::ptrdiff_t>(p.size() / 7), b = static_cast<std::ptrdiff_t>(p.size() / 2);
+    sources.push_back(std::make_unique<CloudSource>(std::vector<CloudPoint>(p.begin() + b, p.end())));
+    sources.push_back(std::make_unique<CloudSource>(std::vector<CloudPoint>(p.begin(), p.begin() + a)));
+    sources.push_back(std::make_unique<CloudSource>(std::vector<CloudPoint>(p.begin() + a, p.begin() + b)));
+  } else {
+    sources.push_back(std::make_unique<CloudSource>(std::move(p)));
+  }
+  return sources;
+}
+
+// Order-dependent fingerprint of a label sequence.
+std::string label_digest(const MemoryMap& map, const std::vector<CloudPoint>& points, const Parameters& p,
+                         const Threads& threads) {
+  std::vector<Label> labels(points.size());
+  Progress progress;
+  label_points(CloudSource(points), map, p, threads,
+               [&](std::uint64_t first, std::span<const Label> run) {
+                 std::copy(run.begin(), run.end(), labels.begin() + static_cast<std::ptrdiff_t>(first));
+               },
+               progress);
+  std::uint64_t h = 1469598103934665603u;
+  for (const Label l : labels) h = (h ^ static_cast<std::uint64_t>(l)) * 1099511628211u;
+  return std::to_string(h);
+}
+
+// Drops tiles: ranks can't hand them over, their digest travels in the summary.
+class NoSink final : public TileSink {
+ public:
+  void put(TileId, TerrainTile&&) override {}
+};
+
+}  // namespace
+
+std::vector<Way> all_ways(const std::vector<std::int32_t>& tile_cells) {
+  std::vector<Way> ways;
+  for (const std::int32_t cells : tile_cells) {
+    for (const char* executor : {"serial", "tbb:1", "tbb:2", "ranks:2", "ranks:3"}) ways.push_back({cells, executor, "as is"});
+    for (const char* inputs : {"shuffled", "split", "reversed"}) ways.push_back({cells, "tbb:2", inputs});
+    ways.push_back({cells, "ranks:3", "split"});
+    ways.push_back({cells, "serial", "as is", true});
+  }
+  return ways;
+}
+
+std::string fingerprint(const std::vector<CloudPoint>& points, const Parameters& parameters, const Way& way) {
+  const auto owned = arrange(points, way.inputs);
+  std::vector<const PointSource*> sources;
+  for (const auto& s : owned) sources.push_back(s.get());
+  BuildOptions options;
+  options.parameters = parameters;
+  options.tile_cells = way.tile_cells;
+  options.neighbours_by_lattice = way.lattice;
+  Progress progress;
+
+  const std::size_t colon = way.executor.find(':');
+  const std::string kind = way.executor.substr(0, colon);
+  const int n = colon == std::string::npos ? 1 : std::stoi(way.executor.substr(colon + 1));
+  if (kind == "ranks") {
+    std::string digest;
+    run_forked_ranks(n, [&](Ranks& ranks) {
+      NoSink sink;
+      const BuildSummary s = build_map(sources, options, *serial_threads(), ranks,
+                                       [&](const MapLayout&) -> TileSink& { return sink; }, progress);
+      digest = s.digest.hex();
+    });
+    return digest;
+  }
+  const auto threads = kind == "tbb" ? tbb_threads(n) : serial_threads();
+  const auto ranks = single_rank();
+  MemoryMap map;
+  const BuildSummary s = build_map(sources, options, *threads, *ranks,
+                                   [&](const MapLayout& layout) -> TileSink& { return map = MemoryMap(layout); }, progress);
+  return s.digest.hex() + ' ' + label_digest(map, points, parameters, *threads);
+}
+
+void expect_one_digest(const std::vector<CloudPoint>& points, const Parameters& parameters,
+                       const std::vector<Way>& ways) {
+  const std::string plain = fingerprint(points, parameters, {0, "serial", "as is", true});
+  ASSERT_GT(plain.size(), 32u);
+  for (const Way& way : ways) {
+    const std::string got = fingerprint(points, parameters, way);
+    EXPECT_EQ(got, plain.substr(0, got.size()))
+        << "tile edge " << way.tile_cells << ", " << way.executor << ", inputs " << way.inputs
+        << (way.lattice ? ", lattice scan" : ", nanoflann");
+  }
+}
+
+}  // namespace btms::test
