@@ -41,6 +41,7 @@ TEST_F(CliRoundTrip, DigestIsTheSameForEveryWayToBuild) {
   EXPECT_EQ(recomputed.out, digest + "\n");
   const std::vector<std::vector<std::string>> ways = {{"--executor", "serial"},
                                                       {"--executor", "ranks:3"},
+                                                      {"--executor", "ranks:3", "--tile-cells", "7"},
                                                       {"--tile-cells", "whole"},
                                                       {"--tile-cells", "7"},
                                                       {"--neighbours", "lattice"},
