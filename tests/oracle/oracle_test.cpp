@@ -19,12 +19,23 @@ testing::AssertionResult close(long double a, long double b, long double toleran
 }
 #define EXPECT_CLOSE(a, b, tolerance) EXPECT_TRUE(close(a, b, tolerance))
 
+// Every number written out: the hand-made answers below don't follow the defaults.
 Parameters tiny(double r_m) {
   Parameters p;
   p.resolution_m = r_m;
   p.node_model = NodeModel::kPca;
+  p.seed_height_m = 0.25;
+  p.refit_distance_m = 0.125;
+  p.slope_max_deg = 20;
   p.min_points = 3;
+  p.normal_similarity = 0.03;
+  p.plane_distance = 0.1;
   p.keep_nodes = 1;
+  p.kernel_radius = 2;
+  p.completion_normals = CompletionNormals::kPlane;
+  p.min_support = 0.05;
+  p.terrain_distance_m = 0.125;
+  p.below_m = 2;
   return p;
 }
 

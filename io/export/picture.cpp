@@ -1,0 +1,59 @@
+#include "io/export/picture.h"
+
+#include <png.h>
+
+#include <algorithm>
+
+#include "engine/error.h"
+#include "io/export/font.h"
+#include "io/store/commit.h"
+
+namespace btms {
+
+Picture::Picture(int width, int height, Rgb background)
+    : width_(width),
+      height_(height),
+      pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), background) {}
+
+void Picture::fill(int x, int y, int width, int height, Rgb colour) {
+  for (int row = std::max(y, 0); row < std::min(y + height, height_); ++row)
+    for (int col = std::max(x, 0); col < std::min(x + width, width_); ++col) set(col, row, colour);
+}
+
+void Picture::text(int x, int y, std::string_view text, int scale, Rgb colour) {
+  for (const char letter : text) {
+    const auto glyph =
+        std::find_if(std::begin(kFont), std::end(kFont), [&](const Glyph& g) { return g.letter == letter; });
+    if (glyph != std::end(kFont))
+      for (int row = 0; row < kGlyphHeight; ++row)
+        for (int col = 0; col < kGlyphWidth; ++col)
+          if (glyph->rows[row] >> (kGlyphWidth - 1 - col) & 1)
+            fill(x + col * scale, y + row * scale, scale, scale, colour);
+    x += (kGlyphWidth + 1) * scale;
+  }
+}
+
+int Picture::text_width(std::string_view text, int scale) {
+  return static_cast<int>(text.size()) * (kGlyphWidth + 1) * scale;
+}
+
+void Picture::write_png(const std::filesystem::path& file) const {
+  static_assert(sizeof(Rgb) == 3);
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(width_);
+  image.height = static_cast<png_uint_32>(height_);
+  image.format = PNG_FORMAT_RGB;
+  image.flags = PNG_IMAGE_FLAG_FAST;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<std::uint8_t> bytes(size);
+  const bool written = png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels_.data(), 0, nullptr) != 0;
+  const std::string message = image.message;
+  png_image_free(&image);
+  if (!written) throw Error(ErrorCode::kFailed, "could not encode the picture: " + message, file.string());
+  std::filesystem::path temporary = file;
+  temporary.replace_filename(kTemporaryPrefix + file.filename().string());
+  commit_file(temporary, file, {bytes.data(), size});
+}
+
+}  // namespace btms

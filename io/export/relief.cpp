@@ -1,0 +1,197 @@
+#include "io/export/relief.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "engine/error.h"
+#include "io/export/shading.h"
+
+namespace btms {
+namespace {
+
+constexpr Rgb kPaper{255, 255, 255}, kInk{60, 60, 60};
+constexpr int kMaxPixelsPerCell = 12;
+
+// What the picture has to fit: where there is anything, and how steep it is.
+struct Survey {
+  CellBox box;
+  double gradient_sum = 0;
+  std::int64_t nodes = 0;
+};
+
+Survey survey(const TileSource& map) {
+  Survey s;
+  for (const TileId id : map.tiles()) {
+    const auto tile = map.load(id);
+    if (!tile) continue;
+    s.box = s.box.hull(tile->box);
+    for (std::size_t i = 0; i < tile->nodes.size(); ++i) {
+      if (tile->nodes[i].state == NodeState::kUnknown) continue;
+      const Gradient g = node_gradient(*tile, i / kTriangles, static_cast<std::uint8_t>(i % kTriangles));
+      s.gradient_sum += std::sqrt(g.east * g.east + g.north * g.north);
+      ++s.nodes;
+    }
+  }
+  return s;
+}
+
+// Flat land gets its relief exaggerated, up to 10 times.
+double relief_of(const Survey& s) {
+  constexpr double kWanted = 0.3;
+  const double mean = s.nodes > 0 ? s.gradient_sum / static_cast<double>(s.nodes) : 0;
+  return mean > 0 ? std::clamp(std::round(kWanted / mean), 1.0, 10.0) : 1;
+}
+
+// How squares become pixels: a square is `enlarged` pixels wide, or a pixel is `reduced` squares wide.
+struct Zoom {
+  int enlarged = 1, reduced = 1;
+  int pixels(std::int64_t cells) const { return static_cast<int>((cells * enlarged + reduced - 1) / reduced); }
+};
+
+Zoom zoom_for(const CellBox& box, std::int64_t max_width, std::int64_t max_height) {
+  const auto fit = [](std::int64_t cells, std::int64_t pixels) { return pixels / std::max<std::int64_t>(cells, 1); };
+  const auto enlarged =
+      std::min({fit(box.cols(), max_width), fit(box.rows(), max_height), std::int64_t{kMaxPixelsPerCell}});
+  if (enlarged >= 1) return {static_cast<int>(enlarged), 1};
+  const auto reduced = std::max(ceil_div(box.cols(), max_width), ceil_div(box.rows(), max_height));
+  return {1, static_cast<int>(reduced)};
+}
+
+// Sums of colours; a pixel is the mean of the samples that fall on it.
+class Canvas {
+ public:
+  Canvas(const CellBox& box, Zoom zoom)
+      : box_(box),
+        zoom_(zoom),
+        width_(zoom.pixels(box.cols())),
+        height_(zoom.pixels(box.rows())),
+        sums_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
+
+  void draw(const TerrainTile& tile, double relief) {
+    // Samples across a square, so that each of its triangles is met, also in squares smaller than a pixel.
+    const int across = std::max(2 * zoom_.enlarged, zoom_.reduced < 8 ? 4 : 2);
+    for (std::int32_t row = tile.box.row0; row < tile.box.row1; ++row)
+      for (std::int32_t col = tile.box.col0; col < tile.box.col1; ++col) {
+        const std::size_t cell = tile.cell_index({col, row});
+        std::array<Rgb, kTriangles> colour;
+        bool empty = true;
+        for (std::uint8_t t = 0; t < kTriangles; ++t) {
+          const NodeState state = tile.nodes[cell * kTriangles + t].state;
+          colour[t] = state == NodeState::kUnknown ? kPaper : shaded(state, node_gradient(tile, cell, t), relief);
+          empty = empty && state == NodeState::kUnknown;
+        }
+        if (!empty) draw_square({col, row}, colour, across);
+      }
+  }
+
+  void copy_to(Picture& picture) const {
+    for (int y = 0; y < height_; ++y)
+      for (int x = 0; x < width_; ++x) {
+        const Sum& s =
+            sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
+        const auto mean = [&](std::uint32_t sum) { return static_cast<std::uint8_t>((sum + s.n / 2) / s.n); };
+        if (s.n > 0) picture.set(x, y, {mean(s.r), mean(s.g), mean(s.b)});
+      }
+  }
+
+ private:
+  struct Sum {
+    std::uint32_t r = 0, g = 0, b = 0, n = 0;
+  };
+
+  void draw_square(Cell c, const std::array<Rgb, kTriangles>& colour, int across) {
+    const std::int64_t left = std::int64_t{c.col} - box_.col0, top = std::int64_t{box_.row1} - 1 - c.row;
+    for (int v = 0; v < across; ++v)
+      for (int u = 0; u < across; ++u) {
+        const Rgb rgb = colour[triangle_of(2 * u + 1 - across, across - 2 * v - 1)];
+        const auto x = (left * across + u) * zoom_.enlarged / across / zoom_.reduced;
+        const auto y = (top * across + v) * zoom_.enlarged / across / zoom_.reduced;
+        Sum& s = sums_[static_cast<std::size_t>(y * width_ + x)];
+        s.r += rgb.r;
+        s.g += rgb.g;
+        s.b += rgb.b;
+        ++s.n;
+      }
+  }
+
+  CellBox box_;
+  Zoom zoom_;
+  int width_, height_;
+  std::vector<Sum> sums_;
+};
+
+// The longest of 1, 2, 5 x 10^n metres that is at most `limit_m`.
+double round_length_m(double limit_m) {
+  const double power = std::pow(10.0, std::floor(std::log10(limit_m)));
+  for (const double f : {5.0, 2.0})
+    if (f * power <= limit_m) return f * power;
+  return power;
+}
+
+std::string length_text(double length_m) {
+  const bool km = length_m >= 1000;
+  std::string text = std::to_string(km ? length_m / 1000 : length_m);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text + (km ? " km" : " m");
+}
+
+struct LegendLayout {
+  int scale, height, width;
+};
+
+constexpr std::array<std::pair<NodeState, const char*>, 3> kLegend{
+    {{NodeState::kObserved, "observed"}, {NodeState::kPredicted, "predicted"}, {NodeState::kObstacle, "obstacle"}}};
+
+LegendLayout legend_layout(int scale) {
+  int width = 8 * scale;
+  for (const auto& entry : kLegend) width += 14 * scale + Picture::text_width(entry.second, scale) + 10 * scale;
+  return {scale, 23 * scale, width + 110 * scale};
+}
+
+void draw_legend(Picture& picture, const LegendLayout& legend, double metres_per_pixel, double relief) {
+  const int s = legend.scale, top = picture.height() - legend.height + 8 * s;
+  int x = 8 * s;
+  for (const auto& [state, name] : kLegend) {
+    picture.fill(x, top - s, 10 * s, 9 * s, kInk);
+    picture.fill(x + 1, top - s + 1, 10 * s - 2, 9 * s - 2, state_colour(state));
+    picture.text(x + 14 * s, top, name, s, kInk);
+    x += 24 * s + Picture::text_width(name, s);
+  }
+  const double bar_m = round_length_m(60 * s * metres_per_pixel);
+  const int bar = std::max(1, static_cast<int>(std::lround(bar_m / metres_per_pixel)));
+  picture.fill(x, top + 3 * s, bar, s, kInk);
+  picture.fill(x, top, s, 7 * s, kInk);
+  picture.fill(x + bar - s, top, s, 7 * s, kInk);
+  x += bar + 5 * s;
+  const std::string length = length_text(bar_m);
+  picture.text(x, top, length, s, kInk);
+  x += Picture::text_width(length, s) + 10 * s;
+  if (relief > 1) picture.text(x, top, "relief x" + std::to_string(static_cast<int>(relief)), s, kInk);
+}
+
+}  // namespace
+
+void write_relief(const TileSource& map, const std::filesystem::path& png, std::uint32_t max_pixels) {
+  const Survey s = survey(map);
+  const double relief = relief_of(s);
+  const LegendLayout legend = legend_layout(max_pixels >= 1000 ? 2 : 1);
+  const auto limit = static_cast<std::int64_t>(std::clamp<std::uint32_t>(max_pixels, 64, 20000));
+  const bool with_legend = limit >= legend.width;
+  const int strip = with_legend ? legend.height : 0;
+  const Zoom zoom = zoom_for(s.box, limit, limit - strip);
+
+  Canvas canvas(s.box, zoom);
+  for (const TileId id : map.tiles())
+    if (const auto tile = map.load(id)) canvas.draw(*tile, relief);
+  const int width = std::max(zoom.pixels(s.box.cols()), with_legend ? legend.width : 1);
+  Picture picture(width, std::max(1, zoom.pixels(s.box.rows()) + strip), kPaper);
+  canvas.copy_to(picture);
+  if (with_legend)
+    draw_legend(picture, legend, map.layout().lattice.resolution_m() * zoom.reduced / zoom.enlarged, relief);
+  picture.write_png(png);
+}
+
+}  // namespace btms

@@ -1,0 +1,108 @@
+// The picture of a map: size, orientation, colours.
+#include "io/export/relief.h"
+
+#include <png.h>
+
+#include "engine/model/memory_map.h"
+#include "io/export/picture.h"
+#include "io/export/shading.h"
+#include "tests/io/store/made_map.h"
+
+namespace btms {
+namespace {
+
+Picture read_png(const std::filesystem::path& file) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  EXPECT_NE(png_image_begin_read_from_file(&image, file.c_str()), 0);
+  image.format = PNG_FORMAT_RGB;
+  std::vector<Rgb> pixels(std::size_t{image.width} * image.height);
+  EXPECT_NE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr), 0);
+  Picture p(static_cast<int>(image.width), static_cast<int>(image.height), {});
+  for (int y = 0; y < p.height(); ++y)
+    for (int x = 0; x < p.width(); ++x) p.set(x, y, pixels[static_cast<std::size_t>(y * p.width() + x)]);
+  return p;
+}
+
+// Level ground, with other states where `state` says so.
+MemoryMap level_map(const CellBox& box, auto&& state) {
+  const MapLayout layout = layout_of(2000, 128);
+  MemoryMap map(layout);
+  layout.grid.for_each_tile(box, [&](TileId id) {
+    TerrainTile tile(2000, layout.grid.box_of(id).intersect(box));
+    std::fill(tile.corner_mm.begin(), tile.corner_mm.end(), 5000);
+    std::fill(tile.centre_mm.begin(), tile.centre_mm.end(), 5000);
+    for (std::int32_t row = tile.box.row0; row < tile.box.row1; ++row)
+      for (std::int32_t col = tile.box.col0; col < tile.box.col1; ++col)
+        for (std::uint8_t t = 0; t < kTriangles; ++t)
+          tile.nodes[tile.node_index({{col, row}, t})].state = state(Cell{col, row}, t);
+    map.put(id, std::move(tile));
+  });
+  return map;
+}
+
+TEST(Relief, NorthIsUpAndStatesHaveTheirColours) {
+  const TemporaryFolder temporary;
+  const auto map = level_map({-40, -30, 60, 20}, [](Cell c, std::uint8_t) {
+    if (c.row >= 0 && c.col < 0) return NodeState::kObstacle;
+    return c.row >= 0 ? NodeState::kPredicted : c.col < 0 ? NodeState::kObserved : NodeState::kUnknown;
+  });
+  write_relief(map, temporary / "a.png", 800);
+  const Picture p = read_png(temporary / "a.png");
+  EXPECT_EQ(p.width(), 800);  // 8 pixels a square
+  EXPECT_LE(p.height(), 800);
+  EXPECT_EQ(p.at(4, 4), state_colour(NodeState::kObstacle));
+  EXPECT_EQ(p.at(790, 4), state_colour(NodeState::kPredicted));
+  EXPECT_EQ(p.at(4, 300), state_colour(NodeState::kObserved));
+  EXPECT_EQ(p.at(790, 300), Rgb{});
+}
+
+TEST(Relief, TrianglesAreWhereTheyAre) {
+  const TemporaryFolder temporary;
+  const auto map = level_map({0, 0, 40, 30}, [](Cell, std::uint8_t t) {
+    return t == kNorth ? NodeState::kObstacle : t == kEast ? NodeState::kPredicted : NodeState::kObserved;
+  });
+  write_relief(map, temporary / "a.png", 480);  // 12 pixels a square
+  const Picture p = read_png(temporary / "a.png");
+  EXPECT_EQ(p.at(5, 1), state_colour(NodeState::kObstacle));
+  EXPECT_EQ(p.at(10, 5), state_colour(NodeState::kPredicted));
+  EXPECT_EQ(p.at(1, 5), state_colour(NodeState::kObserved));
+  EXPECT_EQ(p.at(5, 10), state_colour(NodeState::kObserved));
+}
+
+TEST(Relief, SlopesTowardsTheLightAreBright) {
+  const Rgb level = shaded(NodeState::kObserved, {}, 1);
+  EXPECT_EQ(level, state_colour(NodeState::kObserved));
+  EXPECT_GT(shaded(NodeState::kObserved, {0.2, -0.2}, 1).g, level.g);  // rises to the south-east, faces north-west
+  EXPECT_LT(shaded(NodeState::kObserved, {-0.2, 0.2}, 1).g, level.g);
+}
+
+TEST(Relief, GradientsOfAllTrianglesOfAPlaneAreEqual) {
+  TerrainTile tile(1000, {0, 0, 2, 2});
+  for (std::int32_t row = 0; row <= 2; ++row)
+    for (std::int32_t col = 0; col <= 2; ++col) tile.corner_mm[tile.corner_index({col, row})] = 200 * col - 100 * row;
+  for (std::int32_t row = 0; row < 2; ++row)
+    for (std::int32_t col = 0; col < 2; ++col) tile.centre_mm[tile.cell_index({col, row})] = 200 * col - 100 * row + 50;
+  for (std::size_t cell = 0; cell < 4; ++cell)
+    for (std::uint8_t t = 0; t < kTriangles; ++t) {
+      EXPECT_DOUBLE_EQ(node_gradient(tile, cell, t).east, 0.2) << int{t};
+      EXPECT_DOUBLE_EQ(node_gradient(tile, cell, t).north, -0.1) << int{t};
+    }
+}
+
+TEST(Relief, LargeTinyAndEmptyMapsFit) {
+  const TemporaryFolder temporary;
+  const auto observed = [](Cell, std::uint8_t) { return NodeState::kObserved; };
+  for (const CellBox& box : {CellBox{0, 0, 2000, 3}, CellBox{0, 0, 3, 900}, CellBox{-1, -1, 0, 0}, CellBox{}})
+    for (const std::uint32_t limit : {0u, 100u, 640u, 1600u}) {
+      write_relief(level_map(box, observed), temporary / "a.png", limit);
+      const Picture p = read_png(temporary / "a.png");
+      EXPECT_LE(p.width(), std::max(limit, 64u));
+      EXPECT_LE(p.height(), std::max(limit, 64u));
+    }
+  EXPECT_EQ(thrown_code([&] { write_relief(level_map({}, observed), temporary / "no/such/a.png"); }),
+            ErrorCode::kFailed);
+}
+
+}  // namespace
+}  // namespace btms
