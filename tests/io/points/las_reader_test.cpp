@@ -62,7 +62,7 @@ TEST(LasReader, RoundsToTheNearestMillimetreTiesToEven) {
 TEST(LasReader, IsExactForWholeMillimetres) {
   constexpr std::int32_t kLow = std::numeric_limits<std::int32_t>::min(),
                          kHigh = std::numeric_limits<std::int32_t>::max();
-  for (const std::int64_t scale_mm : {1, 2, 10, 100}) {
+  for (const std::int64_t scale_mm : {1, 2, 10, 50, 100}) {
     for (const std::int64_t offset_m : {0, 4'500'000, -291'000}) {
       SCOPED_TRACE(std::to_string(scale_mm) + " mm, offset " + std::to_string(offset_m));
       const TemporaryFolder folder;
@@ -90,21 +90,29 @@ TEST(LasReader, IsExactForWholeMillimetres) {
 }
 
 TEST(LasReader, DropsHeightsOutOfRangeAndKeepsTheirPlace) {
-  const TemporaryFolder folder;
-  LasSpec spec;
-  spec.offset = {0, 0, 100};
-  const std::int32_t top = kMaxVertical_mm - 100'000;
-  spec.xyz = {{1, 1, top},
-              {2, 2, top + 1},
-              {3, 3, -kMaxVertical_mm - 100'000},
-              {4, 4, -kMaxVertical_mm - 100'001},
-              {5, 5, std::numeric_limits<std::int32_t>::max()},
-              {6, 6, 0}};
-  const PointBlock block = read_all(*open_points(folder.write("a.las", las_bytes(spec))));
-  constexpr std::int64_t kDropped = PointBlock::kDroppedX;
-  EXPECT_EQ(block.x_mm, (std::vector<std::int64_t>{1, kDropped, 3, kDropped, kDropped, 6}));
-  EXPECT_EQ(block.out_of_range, 3u);
-  EXPECT_EQ(block.not_finite, 0u);
+  for (const int offset_m : {100, -100}) {
+    SCOPED_TRACE(offset_m);
+    const TemporaryFolder folder;
+    LasSpec spec;
+    spec.offset = {0, 0, static_cast<double>(offset_m)};
+    const std::int32_t top = kMaxVertical_mm - 1000 * offset_m, bottom = -kMaxVertical_mm - 1000 * offset_m;
+    // Alone, too: a run without any point that is dropped takes another path.
+    const std::vector<std::int32_t> heights = {
+        top, top + 1, bottom, bottom - 1, std::numeric_limits<std::int32_t>::max(), 0};
+    spec.xyz.clear();
+    for (std::size_t i = 0; i < heights.size(); ++i) spec.xyz.push_back({static_cast<std::int32_t>(i), 0, heights[i]});
+    const auto file = open_points(folder.write("a.las", las_bytes(spec)));
+    const PointBlock all = read_all(*file);
+    EXPECT_EQ(all.out_of_range, 3u);
+    EXPECT_EQ(all.not_finite, 0u);
+    PointBlock one;
+    for (std::size_t i = 0; i < heights.size(); ++i) {
+      const bool dropped = i == 1 || i == 3 || i == 4;
+      EXPECT_EQ(all.x_mm[i], dropped ? PointBlock::kDroppedX : static_cast<std::int64_t>(i)) << i;
+      file->read(i, 1, one);
+      EXPECT_EQ(one.x_mm[0], all.x_mm[i]) << i;
+    }
+  }
 }
 
 TEST(LasReader, ReadsAnyRunLikeTheWhole) {
