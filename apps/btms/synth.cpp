@@ -6,12 +6,11 @@
 
 #include "apps/btms/command.h"
 #include "apps/btms/coordinates.h"
-#include "apps/btms/report.h"
+#include "apps/btms/inputs.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
 #include "engine/scenes/scene.h"
 #include "io/points/las_writer.h"
-#include "io/store/crs.h"
 
 namespace btms {
 namespace {
@@ -84,7 +83,7 @@ int run_synth(SynthCommand& command) {
     throw Error(
         ErrorCode::kUsage,
         fmt::format("--files: a scene of this size has {} blocks, which gives at most as many files", scene->blocks()));
-  const std::string crs = command.crs.empty() ? std::string() : normalise_crs(command.crs);
+  const std::string crs = metric_crs(command.crs);
   std::error_code error;
   fs::create_directories(command.output, error);
   if (error) throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), command.output);
