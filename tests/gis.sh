@@ -83,6 +83,8 @@ echo "$points" | {
       fail "at $x,$y GDAL reads $gdal, HDF5 $z"
     if [ -n "$btms" ]; then
       own=$("$btms" query "$map" --at "$x,$y" --json | $python -c 'import json, sys; print(json.load(sys.stdin)["z"])')
+      # A centre belongs to one of its cell's four triangles: only another one may have a plane there.
+      [ "$own" != None ] || continue
       # float32 metres hold a millimetre up to 8 km
       awk -v a="$gdal" -v b="$own" 'BEGIN { d = a - b; exit !(a != "" && d < 0.0015 && d > -0.0015) }' ||
         fail "at $x,$y GDAL reads $gdal, btms query says $own"

@@ -50,8 +50,8 @@ std::uint64_t write_blocks(const Scene& scene, std::size_t first, std::size_t la
         records.push_back({p.x_mm, p.y_mm, p.z_mm, static_cast<std::uint8_t>(p.label), 0});
       writer.append(records);
       points += records.size();
+      progress.advance(records.size());
     }
-    progress.advance(n);
   }
   return points;
 }
@@ -91,7 +91,7 @@ int run_synth(SynthCommand& command) {
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
   ProgressDisplay progress(command.common.progress_style());
-  progress.begin("synth", scene->blocks(), "blocks");
+  progress.begin("synth", command.scene.points, "points");
   const auto begun = std::chrono::steady_clock::now();
   std::vector<WrittenFile> files;
   for (std::size_t k = 0; k < command.files; ++k) {
