@@ -25,7 +25,7 @@ struct BuildOptions {
   Parameters parameters;
   std::int32_t tile_cells = 128;  // tile edge in cells; 0 = the whole map is one tile
   bool neighbours_by_lattice = false;  // scan the lattice instead of querying nanoflann; same bits, for tests
-  std::uint64_t max_nodes = std::uint64_t{1} << 31;  // refuse larger maps before allocating them
+  std::uint64_t max_nodes = std::uint64_t{1} << 28;  // refuse larger maps before allocating them (24 bytes a node)
 };
 
 struct PhaseTime {

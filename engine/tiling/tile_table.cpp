@@ -15,7 +15,7 @@ std::string metres(std::int64_t mm) { return std::to_string(mm / 1000); }
 BinId furthest(std::span<const BinId> bins) {
   std::vector<std::int32_t> xs, ys;
   for (const BinId& b : bins) xs.push_back(b.bx), ys.push_back(b.by);
-  const auto middle = static_cast<std::ptrdiff_t>(bins.size() / 2);
+  const auto middle = static_cast<std::ptrdiff_t>((bins.size() - 1) / 2);
   std::nth_element(xs.begin(), xs.begin() + middle, xs.end());
   std::nth_element(ys.begin(), ys.begin() + middle, ys.end());
   const std::int64_t mx = xs[static_cast<std::size_t>(middle)], my = ys[static_cast<std::size_t>(middle)];

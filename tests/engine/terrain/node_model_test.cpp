@@ -1,0 +1,220 @@
+// Eq 2, 3, 5 and the places where they are not defined.
+#include "engine/terrain/node_model.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/terrain/moments.h"
+#include "engine/terrain/symmetric_eigen.h"
+#include "tests/support/cloud.h"
+
+namespace btms::test {
+namespace {
+
+struct NodeCloud {
+  std::vector<std::int16_t> x, y;
+  std::vector<std::int32_t> z;
+  void add(int px, int py, int pz) {
+    x.push_back(static_cast<std::int16_t>(px));
+    y.push_back(static_cast<std::int16_t>(py));
+    z.push_back(pz);
+  }
+  NodePoints points() const { return {x.data(), y.data(), z.data(), x.size()}; }
+};
+
+Parameters with(NodeModel model, int min_points = 3) {
+  Parameters p = preset("partial-map");
+  p.node_model = model;
+  p.min_points = min_points;
+  return p;
+}
+
+// Jacobi rotations in a fixed order: slow, simple, accurate.
+std::array<double, 3> jacobi_eigenvalues(const SymmetricMatrix& m) {
+  double a[3][3] = {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}};
+  for (int sweep = 0; sweep < 60; ++sweep)
+    for (const auto& [p, q] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
+      if (a[p][q] == 0) continue;
+      const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+      const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+      const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+      for (int k = 0; k < 3; ++k) {
+        const double kp = a[k][p], kq = a[k][q];
+        a[k][p] = c * kp - s * kq;
+        a[k][q] = s * kp + c * kq;
+      }
+      for (int k = 0; k < 3; ++k) {
+        const double pk = a[p][k], qk = a[q][k];
+        a[p][k] = c * pk - s * qk;
+        a[q][k] = s * pk + c * qk;
+      }
+    }
+  std::array<double, 3> l = {a[0][0], a[1][1], a[2][2]};
+  std::sort(l.rbegin(), l.rend());
+  return l;
+}
+
+TEST(SymmetricEigen, AgreesWithJacobi) {
+  Random random(7);
+  for (int round = 0; round < 20000; ++round) {
+    // Clouds from needles to balls.
+    const std::int64_t sx = random.between(1, 3000), sy = random.between(1, 3000), sz = random.between(0, 800);
+    Moments m;
+    for (int i = 0; i < 12; ++i) {
+      const std::int64_t x = random.between(-sx, sx), y = random.between(-sy, sy), z = random.between(-sz, sz) + x / 3;
+      m.n += 1, m.x += x, m.y += y, m.z += z;
+      m.xx += x * x, m.xy += x * y, m.xz += x * z, m.yy += y * y, m.yz += y * z, m.zz += z * z;
+    }
+    const SymmetricMatrix c = covariance(m);
+    const EigenSystem e = solve_eigen(c);
+    const auto truth = jacobi_eigenvalues(c);
+    ASSERT_NEAR(e.l1, truth[0], 1e-9 * truth[0]);
+    ASSERT_NEAR(e.l2, truth[1], 1e-9 * truth[0]);
+    ASSERT_NEAR(e.l3, truth[2], 1e-9 * truth[0]);
+    // The normal is the eigenvector of l3 wherever l3 stands apart.
+    if (truth[1] - truth[2] < 1e-3 * truth[0]) continue;
+    const Eigen::Vector3d n = e.normal;
+    const Eigen::Vector3d cn{c.xx * n.x() + c.xy * n.y() + c.xz * n.z(), c.xy * n.x() + c.yy * n.y() + c.yz * n.z(),
+                             c.xz * n.x() + c.yz * n.y() + c.zz * n.z()};
+    ASSERT_LT((cn - truth[2] * n).norm(), 1e-9 * truth[0]);
+    ASSERT_NEAR(n.norm(), 1, 1e-12);
+    ASSERT_GE(n.z(), 0);
+  }
+}
+
+TEST(SymmetricEigen, IsTotal) {
+  for (const SymmetricMatrix& m :
+       {SymmetricMatrix{}, SymmetricMatrix{1, 0, 0, 1, 0, 1}, SymmetricMatrix{1, 0, 0, 0, 0, 0},
+        SymmetricMatrix{1e-300, 0, 0, 0, 0, 0}, SymmetricMatrix{1, 1, 1, 1, 1, 1}}) {
+    const EigenSystem e = solve_eigen(m);
+    EXPECT_TRUE(std::isfinite(e.l1) && std::isfinite(e.l2) && std::isfinite(e.l3) && e.normal.allFinite());
+    EXPECT_GE(e.l3, 0);
+  }
+}
+
+TEST(NodeModel, APlaneIsItsPlane) {
+  for (const NodeModel model : {NodeModel::kPca, NodeModel::kRobust}) {
+    NodeCloud c;
+    for (int x = -900; x <= 900; x += 100)
+      for (int y = -900; y <= 900; y += 100) c.add(x, y, 5000 + x / 5 - y / 10);
+    const Node n = model_node(c.points(), NodeModelRules(with(model)));
+    ASSERT_EQ(n.node_class, NodeClass::kCandidate);
+    EXPECT_EQ(n.mean_z_mm, 5000);
+    EXPECT_NEAR(gradient_of(n).x(), 0.2, 2e-3);
+    EXPECT_NEAR(gradient_of(n).y(), -0.1, 2e-3);
+  }
+}
+
+TEST(NodeModel, RobustLooksUnderWhatStandsOnTheGround) {
+  NodeCloud c;
+  Random random(3);
+  for (int i = 0; i < 40; ++i)
+    c.add(static_cast<int>(random.between(-900, 900)), static_cast<int>(random.between(-900, 900)),
+          static_cast<int>(1000 + random.between(-20, 20)));
+  for (int i = 0; i < 200; ++i)
+    c.add(static_cast<int>(random.between(-900, 900)), static_cast<int>(random.between(-900, 900)),
+          static_cast<int>(random.between(1400, 9000)));
+  EXPECT_NEAR(model_node(c.points(), NodeModelRules(with(NodeModel::kRobust))).mean_z_mm, 1000, 15);
+  EXPECT_GT(model_node(c.points(), NodeModelRules(with(NodeModel::kPca))).mean_z_mm, 3000);
+}
+
+TEST(NodeModel, AFullFlatTriangleWeighsOneThird) {
+  // East triangle of a 2 m square, evenly filled: l2/l1 = 1/3.
+  NodeCloud c;
+  for (int x = 5; x < 1000; x += 10)
+    for (int y = -x + 5; y < x; y += 10) c.add(x, y, 0);
+  const Node n = model_node(c.points(), NodeModelRules(with(NodeModel::kPca)));
+  EXPECT_NEAR(n.weight / kWeightUnit, 1.0 / 3, 0.01);
+}
+
+TEST(NodeModel, DoesNotDependOnOrder) {
+  Random random(11);
+  for (int round = 0; round < 300; ++round) {
+    NodeCloud c;
+    const std::int64_t n = random.between(3, 60);
+    for (std::int64_t i = 0; i < n; ++i)
+      c.add(static_cast<int>(random.between(-1000, 999)), static_cast<int>(random.between(-1000, 999)),
+            static_cast<int>(random.between(-500, 3000)));
+    for (const NodeModel model : {NodeModel::kPca, NodeModel::kRobust}) {
+      const NodeModelRules rules(with(model));
+      const Node before = model_node(c.points(), rules);
+      NodeCloud back = c;
+      std::reverse(back.x.begin(), back.x.end());
+      std::reverse(back.y.begin(), back.y.end());
+      std::reverse(back.z.begin(), back.z.end());
+      EXPECT_EQ(model_node(back.points(), rules), before);
+    }
+  }
+}
+
+TEST(NodeModelDegenerate, NoPointsFewPointsOnePlace) {
+  for (const NodeModel model : {NodeModel::kPca, NodeModel::kRobust}) {
+    const NodeModelRules rules(with(model, 1));
+    EXPECT_EQ(model_node({}, rules).node_class, NodeClass::kEmpty);
+    NodeCloud c;
+    for (int i = 0; i < 2; ++i) {
+      c.add(10 * i, 0, 7);
+      EXPECT_EQ(model_node(c.points(), rules).node_class, NodeClass::kNoPlane);
+    }
+    NodeCloud same;  // 20 times the same point
+    for (int i = 0; i < 20; ++i) same.add(123, -456, 789);
+    const Node n = model_node(same.points(), rules);
+    EXPECT_EQ(n.node_class, NodeClass::kNoPlane);
+    EXPECT_EQ(n.weight, 0);
+    EXPECT_EQ(n.mean_z_mm, 789);
+    EXPECT_EQ(n.count, 20u);
+  }
+}
+
+TEST(NodeModelDegenerate, PointsOnALineHaveNoPlane) {
+  const NodeModelRules rules(with(NodeModel::kPca, 1));
+  NodeCloud flat, upright, slanted;
+  for (int i = -300; i <= 300; i += 7) {
+    flat.add(i, i, 0);
+    upright.add(5, 5, i);
+    slanted.add(i, static_cast<int>(std::floor(0.77 * i + 0.5)), static_cast<int>(std::floor(0.13 * i + 0.5)));
+  }
+  for (const NodeCloud& c : {flat, upright, slanted})
+    EXPECT_EQ(model_node(c.points(), rules).node_class, NodeClass::kNoPlane);
+}
+
+TEST(NodeModelDegenerate, SteepPlanesAndThinNodesAreNoCandidates) {
+  NodeCloud steep, thin;
+  for (int x = -900; x <= 900; x += 300)
+    for (int y = -900; y <= 900; y += 300) steep.add(x, y, x / 2);  // 26.6 degrees
+  for (int i = 0; i < 9; ++i) thin.add(100 * (i % 3), 100 * (i / 3), 0);
+  EXPECT_EQ(model_node(steep.points(), NodeModelRules(with(NodeModel::kPca))).node_class, NodeClass::kNoPlane);
+  EXPECT_EQ(model_node(thin.points(), NodeModelRules(with(NodeModel::kPca, 10))).node_class, NodeClass::kNoPlane);
+  EXPECT_EQ(model_node(thin.points(), NodeModelRules(with(NodeModel::kPca, 9))).node_class, NodeClass::kCandidate);
+}
+
+TEST(NodeModelDegenerate, ExtremesStayExact) {
+  // The largest square, heights across the whole range, very many points: no overflow, the same for any order.
+  NodeCloud c;
+  Random random(5);
+  for (int i = 0; i < 300'000; ++i)
+    c.add(static_cast<int>(random.between(-32767, 32766)), static_cast<int>(random.between(-32767, 32766)),
+          static_cast<int>(random.between(-kMaxVertical_mm, kMaxVertical_mm)));
+  for (const NodeModel model : {NodeModel::kPca, NodeModel::kRobust}) {
+    Parameters p = with(model);
+    p.resolution_m = 64;
+    const Node n = model_node(c.points(), NodeModelRules(p));
+    EXPECT_EQ(n.count, 300'000u);
+    EXPECT_TRUE(normal_of(n).allFinite());
+  }
+}
+
+TEST(NodeModelDegenerate, OneStrayPointBelowTakesOnlyItsNode) {
+  NodeCloud c;
+  for (int x = -900; x <= 900; x += 100)
+    for (int y = -900; y <= 900; y += 100) c.add(x, y, 0);
+  c.add(1, 2, -300'000);
+  const Node n = model_node(c.points(), NodeModelRules(with(NodeModel::kRobust)));
+  EXPECT_EQ(n.node_class, NodeClass::kNoPlane) << "left to completion";
+}
+
+}  // namespace
+}  // namespace btms::test
