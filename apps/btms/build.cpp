@@ -82,7 +82,7 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
 
   std::unique_ptr<MapWriter> writer;
   const auto make_sink = [&](const MapLayout& layout) -> TileSink& {
-    writer = MapWriter::create(command.output, layout, ranks.rank());
+    writer = MapWriter::create(command.output, layout, ranks.rank(), info.crs_wkt);
     return *writer;
   };
   BuildSummary summary = build_map(sources, options, *threads, ranks, make_sink, progress);

@@ -20,7 +20,9 @@ bool has_classes(const fs::path& path) {
   return extension == ".las" || extension == ".LAS" || extension == ".label" || extension == ".labels";
 }
 
+// Of a folder, or the one file itself.
 std::map<std::string, fs::path> files_by_stem(const fs::path& folder) {
+  if (!fs::is_directory(folder)) return {{folder.stem().string(), folder}};
   std::map<std::string, fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
     if (entry.is_regular_file() && has_classes(entry.path())) files.emplace(entry.path().stem().string(), entry.path());
@@ -90,9 +92,8 @@ std::vector<EvalPair> pair_files(const fs::path& truth, const fs::path& predicti
   require(prediction, "--prediction");
   if (!points.empty()) require(points, "--points");
   const auto z_source = [&](const fs::path& path) { return needs_z ? points_for(path, points) : fs::path(); };
-  if (fs::is_directory(truth) != fs::is_directory(prediction))
-    throw Error(ErrorCode::kUsage, "--truth and --prediction: give two files or two folders");
-  if (!fs::is_directory(truth)) return {{truth.stem().string(), truth, prediction, z_source(truth)}};
+  if (!fs::is_directory(truth) && !fs::is_directory(prediction))
+    return {{truth.stem().string(), truth, prediction, z_source(truth)}};
 
   auto predictions = files_by_stem(prediction);
   std::vector<EvalPair> pairs;

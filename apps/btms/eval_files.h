@@ -16,9 +16,9 @@ struct EvalPair {
   std::filesystem::path points;  // where z comes from; empty when it isn't needed
 };
 
-// Pairs two files, or the files of two folders by their stems; what has no partner is logged. `points` may be a file, a
-// folder, or empty (the truth itself when it is a point file, else the folder `velodyne` beside the truth's).
-// Throws Error(kUsage) when a path is missing, Error(kBadInput) when nothing pairs.
+// Pairs two files, or files by their stems where one of the two is a folder; what has no partner is logged. `points`
+// may be a file, a folder, or empty (the truth itself when it is a point file, else the folder `velodyne` beside the
+// truth's). Throws Error(kUsage) when a path is missing, Error(kBadInput) when nothing pairs.
 std::vector<EvalPair> pair_files(const std::filesystem::path& truth, const std::filesystem::path& prediction,
                                  const std::filesystem::path& points, bool needs_z);
 

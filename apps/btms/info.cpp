@@ -14,6 +14,19 @@ struct InfoCommand {
   std::string path;
 };
 
+// The name in a WKT text, with its EPSG code where it ends in one; other text as it is. JSON has it all.
+std::string crs_title(const std::string& text) {
+  if (text.empty()) return "not named";
+  const std::size_t open = text.find('"'), close = text.find('"', open + 1);
+  if (close == std::string::npos) return text;
+  std::string title = text.substr(open + 1, close - open - 1);
+  constexpr std::string_view kId = "ID[\"EPSG\",";
+  const std::size_t id = text.rfind(kId), end = text.find(']', id);
+  if (id != std::string::npos && end + 2 == text.size())
+    title += " (EPSG:" + text.substr(id + kId.size(), end - id - kId.size()) + ")";
+  return title;
+}
+
 void print_point_file(const std::string& path, bool as_json) {
   const auto file = open_points(path);
   const PointFileInfo& info = file->info();
@@ -33,7 +46,7 @@ void print_point_file(const std::string& path, bool as_json) {
     for (std::size_t a = 0; a < 3; ++a)
       table.row({kAxes[a], fmt::format("{:.3f} to {:.3f} m, says the header", (*b)[a], (*b)[a + 3])});
   }
-  table.row({"crs", info.crs.empty() ? "not named" : info.crs});
+  table.row({"crs", crs_title(info.crs)});
   for (const std::string& warning : info.warnings) table.row({"warning", warning});
   table.print();
 }
@@ -73,7 +86,7 @@ void print_map(const std::string& path, bool as_json) {
   table.row({"tiles", fmt::format("{} of {} cells, each {} m", grouped(tiles.size()), info.layout.grid.edge_cells, r)});
   table.row({"x", fmt::format("{:.1f} to {:.1f} m, whole tiles", west, east)});
   table.row({"y", fmt::format("{:.1f} to {:.1f} m, whole tiles", south, north)});
-  table.row({"crs", info.crs_wkt.empty() ? "not named" : info.crs_wkt});
+  table.row({"crs", crs_title(info.crs_wkt)});
   table.row({"preset", info.preset});
   for (const ParameterInfo& parameter : parameter_table())
     table.row({std::string(parameter.name),

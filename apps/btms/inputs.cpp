@@ -77,24 +77,42 @@ void prepare_output_folder(const PointFiles& inputs, const fs::path& folder) {
   if (error) throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), folder.string());
 }
 
+std::string metric_crs(const std::string& text) {
+  if (text.empty()) return {};
+  const Crs crs = describe_crs(text);
+  if (crs.is_geographic || crs.linear_unit_m != 1)
+    throw Error(ErrorCode::kUsage,
+                fmt::format("--crs {}: its unit is not the metre, but the map's coordinates are metres; "
+                            "name a projected system in metres",
+                            text));
+  return crs.wkt;
+}
+
 std::string agreed_crs(const PointFiles& files, const std::string& wanted) {
-  if (!wanted.empty()) return normalise_crs(wanted);
+  if (!wanted.empty()) return metric_crs(wanted);
   std::map<std::string, std::string> normalised;  // tiles of one survey repeat the same text
+  const auto normalise = [&](const PointFile& file) -> const std::string& {
+    const auto [entry, is_new] = normalised.try_emplace(file.info().crs);
+    if (is_new) {
+      try {
+        entry->second = normalise_crs(file.info().crs);
+      } catch (const Error& error) {
+        spdlog::warn("{}: its coordinate reference system is left out: {}", file.name(), error.what());
+      }
+    }
+    return entry->second;
+  };
   const PointFile* named = nullptr;
   const PointFile* unnamed = nullptr;
   std::string crs;
   for (const auto& file : files) {
-    const std::string& text = file->info().crs;
+    const std::string& text = normalise(*file);
     if (text.empty()) {
       unnamed = file.get();
-      continue;
-    }
-    auto at = normalised.find(text);
-    if (at == normalised.end()) at = normalised.emplace(text, normalise_crs(text)).first;
-    if (named == nullptr) {
+    } else if (named == nullptr) {
       named = file.get();
-      crs = at->second;
-    } else if (at->second != crs) {
+      crs = text;
+    } else if (text != crs) {
       throw Error(
           ErrorCode::kBadInput,
           fmt::format("{} and {} are in different coordinate reference systems; convert one of them, or say with "

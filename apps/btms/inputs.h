@@ -27,6 +27,10 @@ std::uint64_t total_points(const PointFiles& files);
 // output would be an input.
 void prepare_output_folder(const PointFiles& inputs, const std::filesystem::path& folder);
 
+// The reference system of a --crs option, normalised; empty stays empty. Throws Error(kUsage) when PROJ doesn't know
+// it, or its unit is not the metre.
+std::string metric_crs(const std::string& text);
+
 // The one reference system of the files, normalised; empty when none names one. `wanted`, when not empty, wins.
 // Throws Error(kBadInput) naming two files that differ.
 std::string agreed_crs(const PointFiles& files, const std::string& wanted);

@@ -12,6 +12,7 @@ namespace btms {
 namespace {
 
 constexpr std::chrono::milliseconds kBarEvery{100};
+constexpr std::chrono::milliseconds kJsonEvery{1000};
 constexpr std::chrono::milliseconds kLineEvery{5000};
 constexpr double kShortPhase_s = 1.0;  // shorter phases get no closing line
 constexpr int kBarWidth = 24;
@@ -51,7 +52,9 @@ void ProgressDisplay::advance(std::uint64_t done) {
   if (style_ == ProgressStyle::kNone) return;
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock.owns_lock()) return;  // someone is drawing already
-  const auto every = style_ == ProgressStyle::kBar ? kBarEvery : kLineEvery;
+  const auto every = style_ == ProgressStyle::kBar    ? kBarEvery
+                     : style_ == ProgressStyle::kJson ? kJsonEvery
+                                                      : kLineEvery;
   if (Clock::now() - drawn_ >= every) draw(false);
 }
 

@@ -6,12 +6,11 @@
 
 #include "apps/btms/command.h"
 #include "apps/btms/coordinates.h"
-#include "apps/btms/report.h"
+#include "apps/btms/inputs.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
 #include "engine/scenes/scene.h"
 #include "io/points/las_writer.h"
-#include "io/store/crs.h"
 
 namespace btms {
 namespace {
@@ -51,8 +50,8 @@ std::uint64_t write_blocks(const Scene& scene, std::size_t first, std::size_t la
         records.push_back({p.x_mm, p.y_mm, p.z_mm, static_cast<std::uint8_t>(p.label), 0});
       writer.append(records);
       points += records.size();
+      progress.advance(records.size());
     }
-    progress.advance(n);
   }
   return points;
 }
@@ -84,7 +83,7 @@ int run_synth(SynthCommand& command) {
     throw Error(
         ErrorCode::kUsage,
         fmt::format("--files: a scene of this size has {} blocks, which gives at most as many files", scene->blocks()));
-  const std::string crs = command.crs.empty() ? std::string() : normalise_crs(command.crs);
+  const std::string crs = metric_crs(command.crs);
   std::error_code error;
   fs::create_directories(command.output, error);
   if (error) throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), command.output);
@@ -92,7 +91,7 @@ int run_synth(SynthCommand& command) {
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
   ProgressDisplay progress(command.common.progress_style());
-  progress.begin("synth", scene->blocks(), "blocks");
+  progress.begin("synth", command.scene.points, "points");
   const auto begun = std::chrono::steady_clock::now();
   std::vector<WrittenFile> files;
   for (std::size_t k = 0; k < command.files; ++k) {

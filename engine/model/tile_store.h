@@ -17,6 +17,17 @@ struct MapLayout {
   friend bool operator==(const MapLayout&, const MapLayout&) = default;
 };
 
+// Small tiles stay together in square blocks of at least 64 cells: a block has one owner among the ranks and is stored
+// in one file.
+constexpr std::int32_t block_edge_tiles(const TileGrid& grid) {
+  constexpr std::int32_t kBlock_cells = 64;
+  return grid.edge_cells >= kBlock_cells ? 1 : (kBlock_cells + grid.edge_cells - 1) / grid.edge_cells;
+}
+constexpr TileId block_of(const TileGrid& grid, TileId tile) {
+  const std::int32_t k = block_edge_tiles(grid);
+  return {static_cast<std::int32_t>(floor_div(tile.tx, k)), static_cast<std::int32_t>(floor_div(tile.ty, k))};
+}
+
 // Receives finished tiles. Thread-safe; every tile arrives exactly once, in any order.
 class TileSink {
  public:

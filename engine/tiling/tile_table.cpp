@@ -73,8 +73,9 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
 }
 
 int TileTable::owner_of(TileId id) const {
-  // Neighbouring tiles on different ranks: every border is really exchanged.
-  const std::int64_t diagonal = std::int64_t{id.tx} + id.ty;
+  // Neighbouring blocks on different ranks: every border of a block is really exchanged.
+  const TileId block = block_of(layout_.grid, id);
+  const std::int64_t diagonal = std::int64_t{block.tx} + block.ty;
   return static_cast<int>(diagonal - ranks_ * floor_div(diagonal, ranks_));
 }
 

@@ -40,8 +40,8 @@ class KittiFile final : public PointFile {
     for (std::size_t done = 0; done < count;) {
       const std::size_t n = std::min(kReadPoints, count - done);
       session.read((first + done) * kStride, {block.bytes.data(), n * kStride});
-      for (std::size_t i = 0; i < n; i += MmChunk::kPoints)
-        unpack(block.bytes.data() + i * kStride, std::min(MmChunk::kPoints, n - i), block, done + i);
+      for (std::size_t i = 0; i < n; i += kMmChunk)
+        unpack(block.bytes.data() + i * kStride, std::min(kMmChunk, n - i), block, done + i);
       done += n;
     }
     session.finish();
@@ -50,13 +50,13 @@ class KittiFile final : public PointFile {
  private:
   // A float times 1000 is exact in double, so there is one rounding.
   static void unpack(const std::uint8_t* record, std::size_t n, PointBlock& block, std::size_t at) {
-    MmChunk chunk;
+    float x[kMmChunk], y[kMmChunk], z[kMmChunk];
     for (std::size_t i = 0; i < n; ++i, record += kStride) {
-      chunk.x[i] = 1000.0 * static_cast<double>(load<float>(record));
-      chunk.y[i] = 1000.0 * static_cast<double>(load<float>(record + 4));
-      chunk.z[i] = 1000.0 * static_cast<double>(load<float>(record + 8));
+      x[i] = load<float>(record);
+      y[i] = load<float>(record + 4);
+      z[i] = load<float>(record + 8);
     }
-    round_into(chunk, n, block, at);
+    round_into<float>({{x, 1000, 0}, {y, 1000, 0}, {z, 1000, 0}}, n, block, at);
   }
 
   // Swapped, about 4 of 10 numbers are beyond any map and nearly all others close to zero. A look at both ends and the

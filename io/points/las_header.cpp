@@ -89,11 +89,11 @@ void read_count(const InputFile& file, const Bytes& b, LasHeader& h) {
                     "; the file is truncated or its header damaged",
                 wide ? kCount : kLegacyCount);
   }
-  if (!wide || legacy == h.points) return;
+  if (!wide) return;
   if (h.format >= 6 && legacy != 0) {
     h.warnings.push_back("the legacy point count is " + number(legacy) + ", expected 0 for point format " +
                          number(h.format) + ": ignored");
-  } else if (h.format < 6 && h.points <= UINT32_MAX) {
+  } else if (h.format < 6 && legacy != h.points && h.points <= UINT32_MAX) {
     h.warnings.push_back("the legacy point count is " + number(legacy) + ", the LAS 1.4 count " + number(h.points) +
                          ": the latter is used");
   }

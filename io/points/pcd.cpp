@@ -17,14 +17,22 @@ namespace {
 constexpr std::size_t kReadBytes = std::size_t{1} << 18;
 constexpr const char* kDataNames[] = {"ascii", "binary", "binary_compressed"};
 
-// 1000 times a float is exact in double; a double loses at most 1e-5 mm inside the range of maps.
-void to_mm(const std::uint8_t* from, std::size_t stride, std::size_t value_bytes, std::size_t n, double* to) {
-  if (value_bytes == 4) {
-    for (std::size_t i = 0; i < n; ++i) to[i] = 1000.0 * static_cast<double>(load<float>(from + i * stride));
-  } else {
-    for (std::size_t i = 0; i < n; ++i) to[i] = 1000.0 * load<double>(from + i * stride);
+// Metres, one axis after the other. A float is exact in double and so is 1000 times it; a double loses at most 1e-5 mm.
+struct Metres {
+  double axis[3][kMmChunk];
+
+  void unpack(std::size_t to, const std::uint8_t* from, std::size_t stride, std::size_t value_bytes, std::size_t n) {
+    if (value_bytes == 4) {
+      for (std::size_t i = 0; i < n; ++i) axis[to][i] = static_cast<double>(load<float>(from + i * stride));
+    } else {
+      for (std::size_t i = 0; i < n; ++i) axis[to][i] = load<double>(from + i * stride);
+    }
   }
-}
+
+  void round(std::size_t n, PointBlock& block, std::size_t at) const {
+    round_into<double>({{axis[0], 1000, 0}, {axis[1], 1000, 0}, {axis[2], 1000, 0}}, n, block, at);
+  }
+};
 
 class PcdFile final : public PointFile {
  public:
@@ -131,16 +139,12 @@ class PcdFile final : public PointFile {
   void read_ascii(std::uint64_t first, std::size_t count, PointBlock& block) const {
     std::vector<double> metres(3 * count);
     lines_->read(file_, header_, first, count, block.bytes, metres.data());
-    MmChunk chunk;
-    for (std::size_t done = 0; done < count; done += MmChunk::kPoints) {
-      const std::size_t n = std::min(MmChunk::kPoints, count - done);
-      for (std::size_t i = 0; i < n; ++i) {
-        const double* point = &metres[3 * (done + i)];
-        chunk.x[i] = 1000 * point[0];
-        chunk.y[i] = 1000 * point[1];
-        chunk.z[i] = 1000 * point[2];
-      }
-      round_into(chunk, n, block, done);
+    Metres chunk;
+    for (std::size_t done = 0; done < count; done += kMmChunk) {
+      const std::size_t n = std::min(kMmChunk, count - done);
+      for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t axis = 0; axis < 3; ++axis) chunk.axis[axis][i] = metres[3 * (done + i) + axis];
+      chunk.round(n, block, done);
     }
   }
 
@@ -151,21 +155,20 @@ class PcdFile final : public PointFile {
       const std::size_t n = std::min(most, count - done);
       if (block.bytes.size() < n * stride) block.bytes.resize(n * stride);
       session.read(header_.data_offset + (first + done) * stride, {block.bytes.data(), n * stride});
-      for (std::size_t i = 0; i < n; i += MmChunk::kPoints)
-        unpack(block.bytes.data() + i * stride, std::min(MmChunk::kPoints, n - i), block, done + i);
+      for (std::size_t i = 0; i < n; i += kMmChunk)
+        unpack(block.bytes.data() + i * stride, std::min(kMmChunk, n - i), block, done + i);
       done += n;
     }
     session.finish();
   }
 
   void unpack(const std::uint8_t* records, std::size_t n, PointBlock& block, std::size_t at) const {
-    MmChunk chunk;
-    double* const columns[] = {chunk.x, chunk.y, chunk.z};
+    Metres chunk;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const PcdField& field = header_.xyz[axis];
-      to_mm(records + field.offset, header_.stride, field.bytes, n, columns[axis]);
+      chunk.unpack(axis, records + field.offset, header_.stride, field.bytes, n);
     }
-    round_into(chunk, n, block, at);
+    chunk.round(n, block, at);
   }
 
   // Unpacked, all values of a field follow each other: field offset * points is where a column starts.
@@ -178,15 +181,14 @@ class PcdFile final : public PointFile {
       packed_->read(file_, session, field.offset * header_.points + first * field.bytes, columns[axis], block.bytes);
     }
     session.finish();
-    MmChunk chunk;
-    double* const to[] = {chunk.x, chunk.y, chunk.z};
-    for (std::size_t done = 0; done < count; done += MmChunk::kPoints) {
-      const std::size_t n = std::min(MmChunk::kPoints, count - done);
+    Metres chunk;
+    for (std::size_t done = 0; done < count; done += kMmChunk) {
+      const std::size_t n = std::min(kMmChunk, count - done);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::size_t bytes = header_.xyz[axis].bytes;
-        to_mm(columns[axis].data() + done * bytes, bytes, bytes, n, to[axis]);
+        chunk.unpack(axis, columns[axis].data() + done * bytes, bytes, bytes, n);
       }
-      round_into(chunk, n, block, done);
+      chunk.round(n, block, done);
     }
   }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstring>
-#include <limits>
+#include <cstdlib>
+#include <string>
 #include <string_view>
 
 namespace btms {
@@ -50,8 +50,10 @@ void for_each_line(const InputFile& file, std::uint64_t at, std::uint64_t end, s
 bool parse(std::string_view word, double& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error == std::errc::result_out_of_range) value = std::numeric_limits<double>::max();  // 1e999: out of range, too
-  return (error == std::errc() || error == std::errc::result_out_of_range) && end == word.data() + word.size();
+  if (end != word.data() + word.size()) return false;
+  if (error == std::errc::result_out_of_range)
+    value = std::strtod(std::string(word).c_str(), nullptr);  // 0 or infinite
+  return error != std::errc::invalid_argument;
 }
 
 void parse_line(const InputFile& file, const PcdHeader& header, std::string_view line, std::uint64_t offset,

@@ -1,7 +1,5 @@
 #include "io/store/cf_file.h"
 
-#include <hdf5_hl.h>
-
 #include "io/store/cf_attributes.h"
 
 namespace btms {
@@ -27,10 +25,6 @@ hid_t file_type(Element e) {
     default:
       return H5T_STD_U8LE;
   }
-}
-
-void attach(const Hdf5Dataset& layer, const Hdf5Dataset& axis, unsigned dimension) {
-  hdf5_check(H5DSattach_scale(layer.get(), axis.get(), dimension), "attach an axis");
 }
 
 void describe_states(hid_t layer) {
@@ -74,14 +68,13 @@ void CfFile::add_crs() {
   crs.close();
 }
 
-Hdf5Dataset CfFile::add_axis(hid_t place, const char* name, bool north_south, const std::vector<double>& values) {
+CfAxis CfFile::add_axis(hid_t place, const char* name, bool north_south, const std::vector<double>& values) {
   const hsize_t extent = values.size();
   const Hdf5Space space(H5Screate_simple(1, &extent, nullptr), "create a space");
   const Hdf5Properties p = dataset_properties();
   Hdf5Dataset axis(H5Dcreate2(place, name, H5T_IEEE_F64LE, space.get(), H5P_DEFAULT, p.get(), H5P_DEFAULT),
                    "create an axis");
   hdf5_check(H5Dwrite(axis.get(), H5T_IEEE_F64LE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "write an axis");
-  hdf5_check(H5DSset_scale(axis.get(), name), "make an axis");
   const bool degrees = crs_ && crs_->is_geographic;
   const double unit_m = crs_ ? crs_->linear_unit_m : 1;
   write_text(axis.get(), "standard_name",
@@ -95,7 +88,7 @@ Hdf5Dataset CfFile::add_axis(hid_t place, const char* name, bool north_south, co
                                 : "US_survey_foot");
   write_text(axis.get(), "axis", north_south ? "Y" : "X");
   write_text(axis.get(), "long_name", north_south ? "northing" : "easting");
-  return axis;
+  return {std::move(axis), name};
 }
 
 void CfFile::add_axes(const CellBox& box, std::int32_t resolution_mm) {
@@ -117,14 +110,14 @@ void CfFile::add_axes(const CellBox& box, std::int32_t resolution_mm) {
   const hsize_t triangles = kTriangles;
   const Hdf5Space space(H5Screate_simple(1, &triangles, nullptr), "create a space");
   const Hdf5Properties p = dataset_properties();
-  tri_ = Hdf5Dataset(H5Dcreate2(tgf, "tri", H5T_STD_U8LE, space.get(), H5P_DEFAULT, p.get(), H5P_DEFAULT),
-                     "create an axis");
+  Hdf5Dataset tri(H5Dcreate2(tgf, "tri", H5T_STD_U8LE, space.get(), H5P_DEFAULT, p.get(), H5P_DEFAULT),
+                  "create an axis");
   constexpr std::uint8_t kValues[] = {kEast, kNorth, kWest, kSouth};
-  hdf5_check(H5Dwrite(tri_.get(), H5T_STD_U8LE, H5S_ALL, H5S_ALL, H5P_DEFAULT, kValues), "write an axis");
-  hdf5_check(H5DSset_scale(tri_.get(), "tri"), "make an axis");
-  write_text(tri_.get(), "long_name", "triangle of the square");
-  write_numbers(tri_.get(), "flag_values", H5T_STD_U8LE, kValues, kTriangles);
-  write_text(tri_.get(), "flag_meanings", "east north west south");
+  hdf5_check(H5Dwrite(tri.get(), H5T_STD_U8LE, H5S_ALL, H5S_ALL, H5P_DEFAULT, kValues), "write an axis");
+  write_text(tri.get(), "long_name", "triangle of the square");
+  write_numbers(tri.get(), "flag_values", H5T_STD_U8LE, kValues, kTriangles);
+  write_text(tri.get(), "flag_meanings", "east north west south");
+  tri_ = CfAxis(std::move(tri), "tri");
 }
 
 Hdf5Dataset CfFile::add_layer(const LayerInfo& layer, const std::function<void(hid_t)>& storage) {
@@ -152,15 +145,14 @@ Hdf5Dataset CfFile::add_layer(const LayerInfo& layer, const std::function<void(h
   }
   if (crs_) write_text(data.get(), "grid_mapping", "crs");
 
-  const bool planes = layer.raster == Raster::kPerTriangle, corners = layer.raster == Raster::kPerCorner;
-  if (planes) attach(data, tri_, 0);
-  attach(data, corners ? y_corner_ : y_, planes ? 1 : 0);
-  attach(data, corners ? x_corner_ : x_, planes ? 2 : 1);
+  const bool corners = layer.raster == Raster::kPerCorner;
+  CfAxis* const axes[] = {&tri_, corners ? &y_corner_ : &y_, corners ? &x_corner_ : &x_};
+  attach_axes(data.get(), layer.raster == Raster::kPerTriangle ? std::span(axes) : std::span(axes).subspan(1));
   return data;
 }
 
 std::vector<std::uint8_t> CfFile::finish() {
-  for (Hdf5Dataset* d : {&x_, &y_, &tri_, &x_corner_, &y_corner_}) d->close();
+  for (CfAxis* axis : {&x_, &y_, &tri_, &x_corner_, &y_corner_}) axis->close();
   tgf_.close();
   return image_.finish();
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/lattice/tiles.h"
+#include "io/store/cf_axes.h"
 #include "io/store/crs.h"
 #include "io/store/hdf5_image.h"
 #include "io/store/layers.h"
@@ -30,14 +31,14 @@ class CfFile {
  private:
   void add_axes(const CellBox& box, std::int32_t resolution_mm);
   void add_crs();
-  Hdf5Dataset add_axis(hid_t place, const char* name, bool north_south, const std::vector<double>& values);
+  CfAxis add_axis(hid_t place, const char* name, bool north_south, const std::vector<double>& values);
 
   CellBox box_;
   std::optional<Crs> crs_;
   QuietHdf5 quiet_;
   Hdf5Image image_;
   Hdf5Group tgf_;
-  Hdf5Dataset x_, y_, tri_, x_corner_, y_corner_;
+  CfAxis x_, y_, tri_, x_corner_, y_corner_;
 };
 
 // Dataspace of a layer.

@@ -11,16 +11,26 @@ namespace {
 
 constexpr std::size_t kChecksum_bytes = 4;
 
-void shuffle(std::span<const std::uint8_t> in, std::size_t element_bytes, std::uint8_t* out) {
-  const std::size_t n = in.size() / element_bytes;
-  for (std::size_t byte = 0; byte < element_bytes; ++byte)
-    for (std::size_t i = 0; i < n; ++i) *out++ = in[i * element_bytes + byte];
+// The element size is a constant in the loops, else the compiler can't vectorise them.
+template <std::size_t kBytes>
+void shuffle_elements(const std::uint8_t* in, std::size_t n, std::uint8_t* out) {
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t byte = 0; byte < kBytes; ++byte) out[byte * n + i] = in[i * kBytes + byte];
+}
+template <std::size_t kBytes>
+void unshuffle_elements(const std::uint8_t* in, std::size_t n, std::uint8_t* out) {
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t byte = 0; byte < kBytes; ++byte) out[i * kBytes + byte] = in[byte * n + i];
 }
 
+// Elements have 2 or 4 bytes; single bytes are not shuffled.
+void shuffle(std::span<const std::uint8_t> in, std::size_t element_bytes, std::uint8_t* out) {
+  if (element_bytes == 2) return shuffle_elements<2>(in.data(), in.size() / 2, out);
+  shuffle_elements<4>(in.data(), in.size() / 4, out);
+}
 void unshuffle(const std::uint8_t* in, std::size_t element_bytes, std::span<std::uint8_t> out) {
-  const std::size_t n = out.size() / element_bytes;
-  for (std::size_t byte = 0; byte < element_bytes; ++byte)
-    for (std::size_t i = 0; i < n; ++i) out[i * element_bytes + byte] = *in++;
+  if (element_bytes == 2) return unshuffle_elements<2>(in, out.size() / 2, out.data());
+  unshuffle_elements<4>(in, out.size() / 4, out.data());
 }
 
 }  // namespace

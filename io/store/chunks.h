@@ -29,10 +29,12 @@ void each_chunk(const LayerShape& raster, const LayerShape& chunk, Fn&& fn) {
     for (std::size_t col0 = 0; col0 < raster.cols; col0 += chunk.cols) fn(row0, col0);
 }
 
-// `bytes` filled with copies of `value`.
+// `bytes` filled with copies of `value`; doubling what is there beats copying single elements.
 inline void fill_with(std::span<std::uint8_t> bytes, std::span<const std::uint8_t> value) {
-  for (std::size_t i = 0; i < bytes.size(); i += value.size())
-    std::memcpy(bytes.data() + i, value.data(), value.size());
+  std::size_t done = std::min(value.size(), bytes.size());
+  std::memcpy(bytes.data(), value.data(), done);
+  for (; done < bytes.size(); done += std::min(done, bytes.size() - done))
+    std::memcpy(bytes.data() + done, bytes.data(), std::min(done, bytes.size() - done));
 }
 
 }  // namespace btms

@@ -28,25 +28,11 @@ class Descriptor {
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   int get() const { return fd_; }
-  int close() { return ::close(std::exchange(fd_, -1)); }
+  int close() { return ::close(release()); }
+  int release() { return std::exchange(fd_, -1); }
 
  private:
   int fd_;
-};
-
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const fs::path& path) : path_(path) {}
-  ~TemporaryFile() {
-    if (!kept_) ::unlink(path_.c_str());
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  void keep() { kept_ = true; }
-
- private:
-  fs::path path_;
-  bool kept_ = false;
 };
 
 // pread until `bytes` is full; false at an early end of file.
@@ -64,25 +50,47 @@ bool read_fully(int fd, std::span<std::uint8_t> bytes, const fs::path& file) {
 
 }  // namespace
 
-void commit_file(const fs::path& temporary, const fs::path& target, std::span<const std::uint8_t> bytes) {
+StagedFile::StagedFile(const fs::path& temporary, const fs::path& target, std::span<const std::uint8_t> bytes)
+    : temporary_(temporary), target_(target) {
   ::unlink(temporary.c_str());  // left by a run that was killed
   Descriptor file(::open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666));
   if (file.get() < 0) fail("create", temporary, errno);
-  TemporaryFile guard(temporary);
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t n = ::write(file.get(), bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) fail("write", temporary, n < 0 ? errno : EIO);
-    done += static_cast<std::size_t>(n);
+  try {
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+      const ssize_t n = ::write(file.get(), bytes.data() + done, bytes.size() - done);
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) fail("write", temporary, n < 0 ? errno : EIO);
+      done += static_cast<std::size_t>(n);
+    }
+    std::vector<std::uint8_t> back(bytes.size());
+    if (!read_fully(file.get(), back, temporary) || xxh3_64(back) != xxh3_64(bytes))
+      throw Error(ErrorCode::kFailed, "file reads back differently from what was written", temporary.string());
+  } catch (...) {
+    ::unlink(temporary.c_str());
+    throw;
   }
-  if (::fsync(file.get()) != 0) fail("fsync", temporary, errno);
-  std::vector<std::uint8_t> back(bytes.size());
-  if (!read_fully(file.get(), back, temporary) || xxh3_64(back) != xxh3_64(bytes))
-    throw Error(ErrorCode::kFailed, "file reads back differently from what was written", temporary.string());
-  if (file.close() != 0) fail("close", temporary, errno);
-  if (::rename(temporary.c_str(), target.c_str()) != 0) fail("rename into place", target, errno);
-  guard.keep();
+  ::sync_file_range(file.get(), 0, 0, SYNC_FILE_RANGE_WRITE);  // only a head start, fsync decides
+  fd_ = file.release();
+}
+
+StagedFile::StagedFile(StagedFile&& o) noexcept
+    : temporary_(std::move(o.temporary_)), target_(std::move(o.target_)), fd_(std::exchange(o.fd_, -1)) {}
+
+StagedFile::~StagedFile() {
+  if (fd_ < 0) return;
+  ::close(fd_);
+  ::unlink(temporary_.c_str());
+}
+
+void StagedFile::commit() {
+  if (::fsync(fd_) != 0) fail("fsync", temporary_, errno);
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail("rename into place", target_, errno);
+  if (::close(std::exchange(fd_, -1)) != 0) fail("close", target_, errno);
+}
+
+void commit_file(const fs::path& temporary, const fs::path& target, std::span<const std::uint8_t> bytes) {
+  StagedFile(temporary, target, bytes).commit();
 }
 
 void sync_folder(const fs::path& folder) {

@@ -13,8 +13,26 @@ namespace btms {
 // Prefix of temporary names; whatever starts with it is nobody's and may be deleted.
 inline constexpr char kTemporaryPrefix[] = ".tmp-";
 
-// Writes, fsyncs, reads back and compares, renames. Leaves no temporary file behind when it throws Error(kFailed).
-// The new name is durable after sync_folder() of its folder.
+// A file written under its temporary name and read back, but not durable yet. Staging several files before committing
+// them costs one flush of the disk instead of one a file.
+class StagedFile {
+ public:
+  // Throws Error(kFailed), like commit().
+  StagedFile(const std::filesystem::path& temporary, const std::filesystem::path& target,
+             std::span<const std::uint8_t> bytes);
+  StagedFile(StagedFile&& o) noexcept;
+  StagedFile& operator=(StagedFile&&) = delete;
+  ~StagedFile();  // removes the temporary file, unless committed
+
+  // fsync, close, rename. The new name is durable after sync_folder() of its folder.
+  void commit();
+
+ private:
+  std::filesystem::path temporary_, target_;
+  int fd_ = -1;
+};
+
+// Stages and commits one file.
 void commit_file(const std::filesystem::path& temporary, const std::filesystem::path& target,
                  std::span<const std::uint8_t> bytes);
 

@@ -45,23 +45,25 @@ float square_slope_deg(const TerrainTile& tile, std::size_t cell) {
 }
 
 std::uint8_t square_class(const TerrainTile& tile, std::size_t cell) {
-  bool seen[256] = {};
+  constexpr NodeState kByRank[] = {NodeState::kUnknown, NodeState::kPredicted, NodeState::kObserved,
+                                   NodeState::kObstacle};
+  constexpr std::uint8_t kRank[] = {0, 2, 1, 3};  // of a state
+  std::uint8_t rank = 0;
   for (std::size_t t = 0; t < kTriangles; ++t)
-    seen[static_cast<std::uint8_t>(tile.nodes[cell * kTriangles + t].state)] = true;
-  for (const NodeState s : {NodeState::kObstacle, NodeState::kObserved, NodeState::kPredicted})
-    if (seen[static_cast<std::uint8_t>(s)]) return static_cast<std::uint8_t>(s);
-  return 0;
+    rank = std::max(rank, kRank[static_cast<std::uint8_t>(tile.nodes[cell * kTriangles + t].state) & 3]);
+  return static_cast<std::uint8_t>(kByRank[rank]);
 }
 
 double arctan_deg(double t) {
   const bool inverted = t > 1;
   if (inverted) t = 1 / t;
-  // atan t = pi/6 + atan u brings u below tan(pi/12), where eight terms of the series are enough.
+  // atan t = pi/6 + atan u brings u below tan(pi/12), where six terms of the series are enough.
   constexpr double kTan30 = 0.57735026918962576451, kTan15 = 0.26794919243112270647;
   const bool shifted = t > kTan15;
   const double u = shifted ? (t - kTan30) / (1 + t * kTan30) : t, u2 = u * u;
+  constexpr double kTerms[] = {-1.0 / 11, 1.0 / 9, -1.0 / 7, 1.0 / 5, -1.0 / 3, 1.0};
   double series = 0;
-  for (int k = 15; k >= 1; k -= 2) series = (k % 4 == 1 ? 1.0 : -1.0) / k + u2 * series;
+  for (const double term : kTerms) series = term + u2 * series;
   double rad = u * series;
   if (shifted) rad += std::numbers::pi / 6;
   if (inverted) rad = std::numbers::pi / 2 - rad;

@@ -37,16 +37,9 @@ bool holds_foreign_files(const fs::path& folder) {
 
 }  // namespace
 
-int shard_block(const MapLayout& layout) {
-  constexpr int kShardCells = 64;  // shards are at least this wide
-  return layout.grid.edge_cells >= kShardCells ? 1
-                                               : (kShardCells + layout.grid.edge_cells - 1) / layout.grid.edge_cells;
-}
+int shard_block(const MapLayout& layout) { return block_edge_tiles(layout.grid); }
 
-TileId shard_of(const MapLayout& layout, TileId tile) {
-  const int k = shard_block(layout);
-  return {static_cast<std::int32_t>(floor_div(tile.tx, k)), static_cast<std::int32_t>(floor_div(tile.ty, k))};
-}
+TileId shard_of(const MapLayout& layout, TileId tile) { return block_of(layout.grid, tile); }
 
 std::uint64_t start_revision(const fs::path& folder, int rank) {
   std::error_code error;

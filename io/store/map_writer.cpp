@@ -38,6 +38,7 @@ class FolderWriter final : public MapWriter {
 
   ~FolderWriter() override {
     if (published_ || (finished_ && rank_ != 0)) return;
+    staged_.clear();
     for (const ShardEntry& s : shards_) ::unlink(shard_path(s.file).c_str());
     remove_if_empty(folder_);
   }
@@ -55,8 +56,9 @@ class FolderWriter final : public MapWriter {
   std::vector<std::uint8_t> finish() override {
     for (auto& [id, tiles] : pending_) write_shard(id, std::move(tiles));
     pending_.clear();
+    for (StagedFile& staged : staged_) staged.commit();
+    staged_.clear();
     if (failed_) throw Error(ErrorCode::kFailed, "a tile could not be stored, the map is incomplete", folder_.string());
-    sync_folder(folder_ / kShardFolder);
     std::sort(shards_.begin(), shards_.end(), [](const ShardEntry& a, const ShardEntry& b) { return a.id < b.id; });
     finished_ = true;
     return entries_bytes(shards_);
@@ -80,15 +82,19 @@ class FolderWriter final : public MapWriter {
     if (!m.info.crs_wkt.empty() && (!crs_ || crs_->wkt != m.info.crs_wkt)) crs_ = describe_crs(m.info.crs_wkt);
     m.info.crs_wkt = crs_ ? crs_->wkt : "";
 
+    sync_folder(folder_ / kShardFolder);  // the names of every rank's shards
     // map.nc first: it is a view, the manifest decides what the map is.
     const std::vector<std::uint8_t> view = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
-    if (view.empty())
-      ::unlink((folder_ / kMapNc).c_str());
-    else
-      commit_file(folder_ / temporary(kMapNc), folder_ / kMapNc, view);
+    std::optional<StagedFile> staged_view;
+    if (!view.empty()) staged_view.emplace(folder_ / temporary(kMapNc), folder_ / kMapNc, view);
     const std::string text = manifest_text(m);
-    commit_file(folder_ / temporary(kManifest), folder_ / kManifest,
-                {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    StagedFile manifest(folder_ / temporary(kManifest), folder_ / kManifest,
+                        {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    if (staged_view)
+      staged_view->commit();
+    else
+      ::unlink((folder_ / kMapNc).c_str());
+    manifest.commit();
     published_ = true;
     sync_folder(folder_);
 
@@ -98,6 +104,8 @@ class FolderWriter final : public MapWriter {
   }
 
  private:
+  static constexpr std::size_t kBatch = 16;  // files fsynced together
+
   void accept(TileId id, TerrainTile&& tile) {
     if (tile.resolution_mm != layout_.lattice.resolution_mm() ||
         tile.box.intersect(layout_.grid.box_of(id)) != (tile.box.empty() ? CellBox{} : tile.box) ||
@@ -133,9 +141,15 @@ class FolderWriter final : public MapWriter {
     entry.bytes = encoded.file.size();
     entry.file_xxh3 = xxh3_64(encoded.file);
     entry.values_xxh3 = encoded.values_xxh3;
-    commit_file(folder_ / kShardFolder / temporary(entry.file), shard_path(entry.file), encoded.file);
-    const std::lock_guard lock(mutex_);
-    shards_.push_back(std::move(entry));
+    StagedFile file(folder_ / kShardFolder / temporary(entry.file), shard_path(entry.file), encoded.file);
+    std::vector<StagedFile> batch;
+    {
+      const std::lock_guard lock(mutex_);
+      shards_.push_back(std::move(entry));
+      staged_.push_back(std::move(file));
+      if (staged_.size() == kBatch) batch.swap(staged_);
+    }
+    for (StagedFile& staged : batch) staged.commit();
   }
 
   std::string temporary(const std::string& name) const { return kTemporaryPrefix + std::to_string(rank_) + "-" + name; }
@@ -151,6 +165,7 @@ class FolderWriter final : public MapWriter {
   std::set<TileId> seen_;
   std::map<TileId, std::vector<PlacedTile>> pending_;  // shards that wait for more tiles
   std::vector<ShardEntry> shards_;
+  std::vector<StagedFile> staged_;  // written, not yet durable
   bool failed_ = false, finished_ = false, published_ = false;
 };
 

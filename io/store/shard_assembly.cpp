@@ -7,7 +7,7 @@
 namespace btms {
 namespace {
 
-// Copies n values a row between two rasters, for the rows of `box` (and one more for corners).
+// Copies `rows` rows of n values between two rasters.
 template <class T>
 void copy_rows(const std::vector<T>& from, std::size_t from_at, std::size_t from_stride, std::vector<T>& to,
                std::size_t to_at, std::size_t to_stride, std::size_t n, std::size_t rows) {
@@ -25,8 +25,29 @@ void copy_cells(const TerrainTile& from, TerrainTile& to, const CellBox& box) {
             rows);
   copy_rows(from.nodes, from.cell_index(corner) * kTriangles, from_cols * kTriangles, to.nodes,
             to.cell_index(corner) * kTriangles, to_cols * kTriangles, cols * kTriangles, rows);
-  copy_rows(from.corner_mm, from.corner_index(corner), from_cols + 1, to.corner_mm, to.corner_index(corner),
-            to_cols + 1, cols + 1, rows + 1);
+}
+
+// Copies the lattice corners of the cells of `box`, which lies inside both.
+void copy_corners(const TerrainTile& from, TerrainTile& to, const CellBox& box) {
+  const Cell corner{box.col0, box.row0};
+  copy_rows(from.corner_mm, from.corner_index(corner), static_cast<std::size_t>(from.box.cols()) + 1, to.corner_mm,
+            to.corner_index(corner), static_cast<std::size_t>(to.box.cols()) + 1,
+            static_cast<std::size_t>(box.cols()) + 1, static_cast<std::size_t>(box.rows()) + 1);
+}
+
+// Cells belong to one tile each, corners to up to four. A tile leaves out the heights none of its own nodes needs, so
+// whoever knows a height says it; two that know it must agree.
+void join_corners(TileId id, const TerrainTile& from, TerrainTile& whole) {
+  for (std::int32_t row = from.box.row0; row <= from.box.row1; ++row)
+    for (std::int32_t col = from.box.col0; col <= from.box.col1; ++col) {
+      const std::int32_t height = from.corner_mm[from.corner_index({col, row})];
+      if (height == kUnknownHeight_mm) continue;
+      std::int32_t& joined = whole.corner_mm[whole.corner_index({col, row})];
+      if (joined != kUnknownHeight_mm && joined != height)
+        throw Error(ErrorCode::kFailed, "tile " + std::to_string(id.tx) + "," + std::to_string(id.ty) +
+                                            " disagrees with a neighbour about the height of a shared corner");
+      joined = height;
+    }
 }
 
 }  // namespace
@@ -36,18 +57,17 @@ TerrainTile assemble(std::vector<PlacedTile>&& tiles) {
   CellBox hull;
   for (const PlacedTile& t : tiles) hull = hull.hull(t.second.box);
   TerrainTile whole(tiles.front().second.resolution_mm, hull);
-  for (const PlacedTile& t : tiles) copy_cells(t.second, whole, t.second.box);
-  // Cells belong to one tile each, corners to up to four: the last one written must be everyone's.
-  for (const auto& [id, tile] : tiles)
-    if (cut(whole, tile.box).corner_mm != tile.corner_mm)
-      throw Error(ErrorCode::kFailed, "tile " + std::to_string(id.tx) + "," + std::to_string(id.ty) +
-                                          " disagrees with a neighbour about the height of a shared corner");
+  for (const auto& [id, tile] : tiles) {
+    copy_cells(tile, whole, tile.box);
+    join_corners(id, tile, whole);
+  }
   return whole;
 }
 
 TerrainTile cut(const TerrainTile& tile, const CellBox& box) {
   TerrainTile part(tile.resolution_mm, box);
   copy_cells(tile, part, box);
+  copy_corners(tile, part, box);
   return part;
 }
 

@@ -75,9 +75,9 @@ TEST(CliUsage, ParametersAreRefusedByNameAndRange) {
   const TempFolder folder;
   write_scan(folder / "scan.bin", floor_and_wall());
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"--resolution", "0"},   {"--resolution-m", "1.0015"}, {"--slope-max-deg", "95"},
-      {"--min-points", "2.5"}, {"--node-model", "magic"},    {"--executor", "ranks:0"},
-      {"--executor", "gpu"},   {"--tile-cells", "0"},        {"--crs", "EPSG:1"}};
+      {"--resolution", "0"},     {"--resolution-m", "1.0015"}, {"--slope-max-deg", "95"}, {"--min-points", "2.5"},
+      {"--node-model", "magic"}, {"--executor", "ranks:0"},    {"--executor", "gpu"},     {"--tile-cells", "0"},
+      {"--crs", "EPSG:1"},       {"--crs", "EPSG:4326"},       {"--crs", "EPSG:2992"}};
   for (const auto& [flag, value] : cases) {
     const Outcome outcome =
         run({"build", folder / "scan.bin", "-o", folder / "m.btms", flag, value, "--progress", "none"});

@@ -41,6 +41,7 @@ TEST_F(CliRoundTrip, DigestIsTheSameForEveryWayToBuild) {
   EXPECT_EQ(recomputed.out, digest + "\n");
   const std::vector<std::vector<std::string>> ways = {{"--executor", "serial"},
                                                       {"--executor", "ranks:3"},
+                                                      {"--executor", "ranks:3", "--tile-cells", "7"},
                                                       {"--tile-cells", "whole"},
                                                       {"--tile-cells", "7"},
                                                       {"--neighbours", "lattice"},
@@ -69,6 +70,9 @@ TEST_F(CliRoundTrip, LabelsScoreWell) {
   const Outcome text = run({"eval", "--truth", in("truth"), "--prediction", in("labelled"), "--classes"});
   EXPECT_NE(text.out.find("deviation"), std::string::npos);
   EXPECT_NE(text.out.find("kappa"), std::string::npos);
+  // A folder may meet a single file.
+  EXPECT_EQ(run_json({"eval", "--truth", in("truth/city_001.las"), "--prediction", in("labelled")})["files"][0]["name"],
+            "city_001");
   // Truth against itself is perfect.
   EXPECT_EQ(run_json({"eval", "--truth", in("truth/city_000.las"), "--prediction",
                       in("truth/city_000.las")})["with_ambiguous"]["pooled"]["f1"],
@@ -84,6 +88,8 @@ TEST_F(CliRoundTrip, InfoNamesPointFilesAndMaps) {
   EXPECT_EQ(map_info["digest"], build_["digest"]);
   EXPECT_EQ(map_info["parameters"], build_["parameters"]);
   EXPECT_NE(run({"info", map()}).out.find("resolution_m"), std::string::npos);
+  run_json({"synth", "--points", "5000", "--crs", "EPSG:25832", "-o", in("utm")});
+  EXPECT_NE(run({"info", in("utm/city.las")}).out.find("ETRS89 / UTM zone 32N (EPSG:25832)"), std::string::npos);
 }
 
 TEST_F(CliRoundTrip, QueryAnswersByOptionAndInBatch) {

@@ -3,9 +3,7 @@
 // cut into tiles of five cells.
 //
 // The engine rounds between its steps, the oracle does not. What may differ for that reason:
-//   heights   corner heights by up to 3 mm where both know the corner. Plane-mode completion rounds kernel values to
-//             2^-12 in second moments, coarse where the support is small: about one corner in 2000 is off by more, by
-//             up to 7.5 mm (none with 2^-16). Counted, bounded, and never more than 10 mm;
+//   heights   corner heights by up to 3 mm where both know the corner;
 //   labels    of points whose distance to the plane is within 3 mm of eps3 or of below_m;
 //   decisions of nodes the oracle marks as close calls (an edge, a slope or a support within the rounding of its
 //             threshold). A turned decision reaches as far as the kernel: predictions within l of the node, hence
@@ -35,7 +33,6 @@ namespace btms {
 namespace {
 
 constexpr long double kHeightTolerance_m = 0.003L;
-constexpr long double kCoarseKernelTolerance_m = 0.010L;  // plane mode, see above
 
 // ---- Scenes ---------------------------------------------------------------------------------------------------------
 
@@ -259,17 +256,14 @@ Tally compare(const oracle::Result& truth, const EngineResult& engine, const std
     const long double x = static_cast<long double>(key.first) * half_m,
                       y = static_cast<long double>(key.second) * half_m;
     tally.corners_in_reach += close.reach(x, y, 1);
-    bool off_a_little = false;
     if (both.first && both.second) {
       const long double off = std::fabs(*both.first - static_cast<long double>(*both.second) / 1000);
       if (off <= kHeightTolerance_m) {
         tally.worst_corner_m = std::max(tally.worst_corner_m, off);
         continue;
       }
-      off_a_little = p.completion_normals == CompletionNormals::kPlane && off <= kCoarseKernelTolerance_m;
     }
     ++tally.corners_turned;
-    if (off_a_little) continue;
     EXPECT_TRUE(close.reach(x, y, 1)) << "corner " << key.first << ", " << key.second << " (half cells): oracle "
                                       << both.first.value_or(oracle::kUnknown) << " m, engine "
                                       << (both.second ? std::to_string(*both.second) : "unknown") << " mm";

@@ -1,6 +1,9 @@
 // Round trips, revisions and ranks of the map on disk.
 #include "io/store/map_store.h"
 
+#include <sys/resource.h>
+
+#include <csignal>
 #include <thread>
 
 #include "tests/io/store/made_map.h"
@@ -150,6 +153,30 @@ TEST(MapStore, RestsOfAKilledWriterAreRemoved) {
   write_text(folder / "shards" / "x5_y5.r1.nc", "never published");
   write_map(folder, layout, made_tiles(layout, {0, 0, 10, 10}, noisy_tile));
   EXPECT_EQ(files_in(folder / "shards").size(), 1u);
+}
+
+TEST(MapStore, AFailedWriteLeavesTheOldMapAndNoFiles) {
+  const TemporaryFolder temporary;
+  const fs::path folder = temporary / "a.btms";
+  const MapLayout layout = layout_of(2000, 128);
+  write_map(folder, layout, made_tiles(layout, {0, 0, 100, 100}, noisy_tile));
+  {
+    const auto writer = MapWriter::create(folder, layout);
+    // Files longer than this can't be written: to the writer it looks like a full disk.
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit tight{4096, before.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &tight);
+    const ErrorCode code = thrown_code([&] { writer->put({0, 0}, noisy_tile(layout, {1, 1, 90, 90})); });
+    setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, handler);
+    EXPECT_EQ(code, ErrorCode::kFailed);
+    EXPECT_EQ(thrown_code([&] { writer->finish(); }), ErrorCode::kFailed);
+  }
+  EXPECT_EQ(files_in(folder / "shards").size(), 1u);
+  EXPECT_EQ(files_in(folder).size(), 3u);
+  EXPECT_EQ(MapReader::open(folder)->load({0, 0})->box, (CellBox{0, 0, 100, 100}));
 }
 
 TEST(MapStore, OnlyMapsAreReplaced) {

@@ -1,0 +1,155 @@
+#include "tests/io/points/las_bytes.h"
+
+namespace btms::test {
+namespace {
+
+std::string wkt(const std::string& unit, const std::string& false_easting) {
+  return "PROJCS[\"zone\",GEOGCS[\"ETRS89\",DATUM[\"d\",SPHEROID[\"GRS "
+         "1980\",6378137,298.257222101]],PRIMEM[\"Greenwich\","
+         "0],UNIT[\"degree\",0.0174532925199433]],PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"latitude_of_origin\","
+         "0],"
+         "PARAMETER[\"central_meridian\",9],PARAMETER[\"scale_factor\",0.9996],PARAMETER[\"false_easting\"," +
+         false_easting + "],PARAMETER[\"false_northing\",0],UNIT[" + unit + "]]";
+}
+
+const std::string kMetric = wkt("\"metre\",1", "500000");
+const std::string kFeet = wkt("\"foot\",0.3048", "1640419.947506562");
+const std::string kDegrees =
+    "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],UNIT["
+    "\"degree\",0.0174532925199433]]";
+
+Vlr wkt_record(const std::string& text) { return {"LASF_Projection", 2112, text_bytes(text)}; }
+
+LasSpec with(const Vlr& vlr) {
+  LasSpec spec = las_spec(4, 6);
+  spec.vlrs = {vlr};
+  spec.xyz = {{10'000, 20'000, 30'000}};
+  return spec;
+}
+
+std::unique_ptr<PointFile> opened(const TemporaryFolder& folder, const LasSpec& spec) {
+  return open_points(folder.write("a.las", las_bytes(spec)));
+}
+
+TEST(LasCrs, IsTheWktAsItStands) {
+  const TemporaryFolder folder;
+  const auto file = opened(folder, with(wkt_record(kMetric)));
+  EXPECT_EQ(file->info().crs, kMetric);
+  EXPECT_TRUE(file->info().warnings.empty());
+  EXPECT_EQ(read_all(*file).x_mm[0], 10'000);
+}
+
+TEST(LasCrs, ComesFromAnExtendedRecordToo) {
+  const TemporaryFolder folder;
+  LasSpec spec = las_spec(4, 6);
+  spec.evlrs = {{"someone", 2112, text_bytes("not this")},
+                wkt_record(kMetric + std::string(1, '\0') + "behind the end")};
+  EXPECT_EQ(opened(folder, spec)->info().crs, kMetric);
+}
+
+TEST(LasCrs, IsAnEpsgCodeFromGeokeys) {
+  const TemporaryFolder folder;
+  const auto file = opened(folder, with(geokeys({{1024, 1}, {3072, 25832}, {3076, 9001}})));
+  EXPECT_EQ(file->info().crs, "EPSG:25832");
+  EXPECT_TRUE(file->info().warnings.empty());
+}
+
+TEST(LasCrs, PrefersWktToGeokeys) {
+  const TemporaryFolder folder;
+  LasSpec spec = with(geokeys({{1024, 1}, {3072, 25832}}));
+  spec.vlrs.push_back(wkt_record(kMetric));
+  EXPECT_EQ(opened(folder, spec)->info().crs, kMetric);
+}
+
+TEST(LasCrs, FallsBackToGeokeysWhenWktIsNonsense) {
+  const TemporaryFolder folder;
+  LasSpec spec = with(geokeys({{1024, 1}, {3072, 25832}}));
+  spec.vlrs.push_back(wkt_record(std::string(60'000, '[')));
+  const auto file = opened(folder, spec);
+  EXPECT_EQ(file->info().crs, "EPSG:25832");
+  expect_warning(file->info(), "WKT record cannot be understood");
+}
+
+TEST(LasCrs, IsUnknownWithoutRecords) {
+  const TemporaryFolder folder;
+  const auto file = opened(folder, {});
+  EXPECT_EQ(file->info().crs, "");
+  EXPECT_TRUE(file->info().warnings.empty());
+}
+
+TEST(LasCrs, ConvertsFeetToMetresAndSaysSo) {
+  struct Case {
+    const char* name;
+    Vlr vlr;
+    std::int64_t x_mm;
+    std::int32_t z_mm;
+  };
+  const std::vector<Case> cases = {
+      {"WKT", wkt_record(kFeet), 3048, 9144},
+      {"geokey 9002", geokeys({{1024, 1}, {3072, 32767}, {3076, 9002}}), 3048, 9144},
+      {"geokey 9003", geokeys({{1024, 1}, {3072, 32767}, {3076, 9003}}), 3048, 9144},
+      {"heights stated in metres", geokeys({{1024, 1}, {3072, 32767}, {3076, 9002}, {4099, 9001}}), 3048, 30'000},
+      {"only heights in feet", geokeys({{1024, 1}, {3072, 25832}, {3076, 9001}, {4099, 9002}}), 10'000, 9144},
+      {"EPSG code in US feet", geokeys({{1024, 1}, {3072, 2225}}), 3048, 9144},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.name);
+    const TemporaryFolder folder;
+    const auto file = opened(folder, with(c.vlr));
+    expect_warning(file->info(), "converted to metres");
+    const PointBlock block = read_all(*file);
+    EXPECT_EQ(block.x_mm[0], c.x_mm);
+    EXPECT_EQ(block.z_mm[0], c.z_mm);
+    ASSERT_TRUE(file->info().declared_bounds_m);
+    EXPECT_NEAR((*file->info().declared_bounds_m)[3], static_cast<double>(c.x_mm) / 10, 1e-2);
+  }
+}
+
+// US survey feet differ from international ones by 2 mm in a kilometre.
+TEST(LasCrs, TellsTheTwoFeetApart) {
+  const TemporaryFolder folder;
+  LasSpec spec = with(geokeys({{1024, 1}, {3072, 32767}, {3076, 9003}}));
+  spec.xyz = {{1'000'000'000, 0, 0}};
+  EXPECT_EQ(read_all(*opened(folder, spec)).x_mm[0], 304'800'610);
+}
+
+TEST(LasCrs, DescribesTheConvertedCoordinates) {
+  const TemporaryFolder folder;
+  const std::string crs = opened(folder, with(wkt_record(kFeet)))->info().crs;
+  EXPECT_NE(crs.find("500000"), std::string::npos) << crs;  // the false easting in metres
+  EXPECT_NE(crs.find("metre"), std::string::npos) << crs;
+  EXPECT_EQ(crs.find("foot"), std::string::npos) << crs;
+}
+
+TEST(LasCrs, RefusesDegrees) {
+  const std::vector<std::pair<const char*, Vlr>> cases = {
+      {"WKT", wkt_record(kDegrees)},
+      {"model type", geokeys({{1024, 2}, {2048, 4326}})},
+      {"no model type", geokeys({{2048, 4326}})},
+      {"a geographic code as projected", geokeys({{1024, 1}, {3072, 4326}})},
+  };
+  for (const auto& [name, vlr] : cases) {
+    SCOPED_TRACE(name);
+    const TemporaryFolder folder;
+    const auto path = folder.write("a.las", las_bytes(with(vlr)));
+    expect_error(ErrorCode::kBadInput, path, {"degrees", "reproject"}, [&] { open_points(path); });
+  }
+}
+
+TEST(LasCrs, KeepsACodeThatNobodyKnows) {
+  const TemporaryFolder folder;
+  const auto file = opened(folder, with(geokeys({{1024, 1}, {3072, 65000}})));
+  EXPECT_EQ(file->info().crs, "EPSG:65000");
+  expect_warning(file->info(), "not in the PROJ database");
+}
+
+TEST(LasCrs, ToleratesAGeokeyDirectoryThatIsCut) {
+  const TemporaryFolder folder;
+  Vlr vlr = geokeys({{1024, 1}, {3072, 25832}});
+  store(&vlr.content[6], std::uint16_t{0xFFFF});
+  vlr.content.resize(vlr.content.size() - 3);
+  EXPECT_EQ(opened(folder, with(vlr))->info().crs, "");
+}
+
+}  // namespace
+}  // namespace btms::test

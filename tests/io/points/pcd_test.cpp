@@ -1,0 +1,194 @@
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "tests/io/points/pcd_bytes.h"
+
+namespace btms::test {
+namespace {
+
+constexpr std::size_t kPoints = 70'000;
+constexpr const char* kKinds[] = {"ascii", "binary", "binary_compressed"};
+
+// Coordinates of point i in whole 1/64 m, which every encoding can hold exactly.
+double at(std::size_t i, std::size_t axis) {
+  const double v[] = {static_cast<double>(i) / 64, -static_cast<double>(i % 977) / 32, static_cast<double>(i % 13)};
+  return v[axis];
+}
+
+// A field before, between and after x, y, z: u16, float[2], u8. z is a double where asked for.
+template <typename X, typename Z>
+Bytes make(const std::string& kind) {
+  const std::string size =
+      "2 " + std::to_string(sizeof(X)) + " " + std::to_string(sizeof(X)) + " 4 " + std::to_string(sizeof(Z)) + " 1";
+  const std::string header = pcd_header(kind, kPoints, "ring x y normal z flag", size, "U F F F F U", "1 1 1 2 1 1");
+  if (kind == "ascii") {
+    std::string text = header;
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      text += std::to_string(i) + " " + std::to_string(at(i, 0)) + "\t" + std::to_string(at(i, 1)) + " nan 0.5 " +
+              std::to_string(at(i, 2)) + " 1\n";
+      if (i % 1000 == 17) text += i % 2 == 0 ? "\n" : " \t\r\n";
+    }
+    return Bytes(text.begin(), text.end());
+  }
+  Bytes columns, records;
+  const auto add = [](Bytes& to, std::size_t field, std::size_t i) {
+    switch (field) {
+      case 0:
+        return append(to, static_cast<std::uint16_t>(i));
+      case 1:
+        return append(to, static_cast<X>(at(i, 0)));
+      case 2:
+        return append(to, static_cast<X>(at(i, 1)));
+      case 3:
+        append(to, 0.25F);
+        return append(to, static_cast<float>(i));
+      case 4:
+        return append(to, static_cast<Z>(at(i, 2)));
+      default:
+        return append(to, static_cast<std::uint8_t>(i));
+    }
+  };
+  if (kind == "binary") {
+    for (std::size_t i = 0; i < kPoints; ++i)
+      for (std::size_t field = 0; field < 6; ++field) add(records, field, i);
+    return header + records;
+  }
+  for (std::size_t field = 0; field < 6; ++field)
+    for (std::size_t i = 0; i < kPoints; ++i) add(columns, field, i);
+  return header + compressed(columns);
+}
+
+void expect_points(const PointBlock& block, std::size_t first) {
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    ASSERT_EQ(block.x_mm[i], std::llrint(1000 * at(first + i, 0))) << first + i;
+    ASSERT_EQ(block.y_mm[i], std::llrint(1000 * at(first + i, 1))) << first + i;
+    ASSERT_EQ(block.z_mm[i], std::llrint(1000 * at(first + i, 2))) << first + i;
+  }
+}
+
+class EveryEncoding : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Pcd, EveryEncoding, ::testing::ValuesIn(kKinds),
+                         [](const auto& row) { return std::string(row.param); });
+
+TEST_P(EveryEncoding, GivesThePoints) {
+  const TemporaryFolder folder;
+  for (const Bytes& bytes :
+       {make<float, float>(GetParam()), make<float, double>(GetParam()), make<double, double>(GetParam())}) {
+    const auto file = open_points(folder.write("a.pcd", bytes));
+    EXPECT_EQ(file->info().format, std::string("PCD 0.7 ") + GetParam());
+    EXPECT_TRUE(file->info().warnings.empty()) << file->info().warnings.front();
+    ASSERT_EQ(file->size(), kPoints);
+    expect_points(read_all(*file), 0);
+    PointBlock block;
+    for (const auto& [first, count] : {std::pair<std::size_t, std::size_t>{0, 1},
+                                       {kPoints - 1, 1},
+                                       {1023, 3},
+                                       {32'768, 32'768},
+                                       {kPoints, 0},
+                                       {0, 0}}) {
+      file->read(first, count, block);
+      ASSERT_EQ(block.size(), count);
+      expect_points(block, first);
+    }
+  }
+}
+
+TEST_P(EveryEncoding, IsSafeToReadFromManyThreads) {
+  const TemporaryFolder folder;
+  const auto file = open_points(folder.write("a.pcd", make<float, float>(GetParam())));
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      PointBlock block;
+      for (std::size_t first = 333 * t; first + 5000 < kPoints; first += 9999) {
+        file->read(first, 5000, block);
+        for (std::size_t i = 0; i < 5000; ++i) wrong += block.x_mm[i] != std::llrint(1000 * at(first + i, 0)) ? 1 : 0;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_P(EveryEncoding, NoticesThatTheFileChanged) {
+  const TemporaryFolder folder;
+  const auto path = folder.write("a.pcd", make<float, float>(GetParam()));
+  const auto file = open_points(path);
+  std::filesystem::resize_file(path, 2000);
+  PointBlock block;
+  expect_error(ErrorCode::kBadInput, path, {"changed while read"}, [&] { file->read(100, 1000, block); });
+}
+
+TEST(Pcd, DropsWhatIsNoPlace) {
+  const TemporaryFolder folder;
+  const std::string text =
+      pcd_header("ascii", 7) + "1e-999 0 0\nnan 0 0\n0 -inf 0\n+1.5 -0 1e-310\n1e30 0 0\n0 0 1e999\n0 0 2e5\n";
+  const PointBlock block = read_all(*open_points(folder.write("a.pcd", text)));
+  EXPECT_EQ(block.not_finite, 3u);  // 1e999 is infinite
+  EXPECT_EQ(block.out_of_range, 2u);
+  EXPECT_EQ(block.x_mm[0], 0);
+  EXPECT_EQ(block.x_mm[3], 1500);
+}
+
+TEST(Pcd, AcceptsDosLinesOldNamesAndMissingDefaults) {
+  const TemporaryFolder folder;
+  const std::string text =
+      "VERSION .6\r\nCOLUMNS x y z\r\nSIZE 4 4 4\r\nTYPE F F F\r\nWIDTH 1\r\nDATA ascii\r\n1 2 3\r\n";
+  const auto file = open_points(folder.write("a.pcd", text));
+  EXPECT_EQ(file->info().format, "PCD .6 ascii");
+  EXPECT_EQ(read_all(*file).z_mm[0], 3000);
+}
+
+TEST(Pcd, ReadsTheLastLineWithoutNewline) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(read_all(*open_points(folder.write("a.pcd", pcd_header("ascii", 2) + "1 2 3\n4 5 6"))).z_mm[1], 6000);
+}
+
+TEST(Pcd, AcceptsOddFilesWithAWarning) {
+  const TemporaryFolder folder;
+  std::string viewpoint = pcd_header("ascii", 1) + "1 2 3\n";
+  viewpoint.replace(viewpoint.find("0 0 0 1 0 0 0"), 13, "0 0 0");
+  const std::vector<std::pair<const char*, Bytes>> cases = {
+      {"VIEWPOINT has 3", viewpoint + Bytes()},
+      {"lines behind the last point", pcd_header("ascii", 1) + "1 2 3\n4 5 6\n" + Bytes()},
+      {"5 bytes behind", pcd_header("binary", 1) + Bytes(17)},
+      {"2 bytes behind", pcd_header("binary_compressed", 1) + compressed(Bytes(12), 2)},
+      {"no points", pcd_header("binary", 0) + Bytes()},
+      {"no points", pcd_header("ascii", 0) + Bytes()},
+      {"no points", pcd_header("binary_compressed", 0) + Bytes(8)},
+      {"lost their precision", pcd_header("ascii", 1) + "400000.5 1 2\n" + Bytes()},
+  };
+  for (const auto& [warning, bytes] : cases) {
+    SCOPED_TRACE(warning);
+    const auto file = open_points(folder.write("a.pcd", bytes));
+    EXPECT_EQ(file->info().warnings.size(), 1u);
+    expect_warning(file->info(), warning);
+    EXPECT_EQ(read_all(*file).dropped(), 0u);
+  }
+}
+
+TEST(Pcd, KeepsFarDoublesWithoutAWarning) {
+  const TemporaryFolder folder;
+  Bytes data;
+  for (const double v : {691'234.567, 5'334'000.001, 512.25}) append(data, v);
+  const auto file = open_points(folder.write("a.pcd", pcd_header("binary", 1, "x y z", "8 8 8") + data));
+  EXPECT_TRUE(file->info().warnings.empty());
+  const PointBlock block = read_all(*file);
+  EXPECT_EQ(block.x_mm[0], 691'234'567);
+  EXPECT_EQ(block.y_mm[0], 5'334'000'001);
+}
+
+TEST(PcdLabels, AreBytes) {
+  const TemporaryFolder folder;
+  const auto file = open_points(folder.write("a.pcd", pcd_header("ascii", 4) + "1 2 3\n1 2 3\n1 2 3\n1 2 3\n"));
+  const auto writer = create_labels(*file, folder.path());
+  const Label labels[] = {Label::kTerrain, Label::kObstacle, Label::kBelow, Label::kDropped};
+  writer->write(0, labels);
+  writer->commit();
+  EXPECT_EQ(read_bytes(folder / "a.labels"), (Bytes{1, 0, 0, 0}));
+}
+
+}  // namespace
+}  // namespace btms::test

@@ -1,0 +1,47 @@
+#!/bin/sh
+# Breaks the engine on purpose, one way at a time, and expects the invariance suite to fail each time.
+#   sh tests/mutants.sh          all mutants (about 5 minutes)
+#   sh tests/mutants.sh NAME...  some of them
+# Works on a copy of the sources; the checkout is not touched.
+set -eu
+root=$(cd "$(dirname "$0")/.." && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT INT TERM
+mkdir "$work/source"
+(cd "$root" && tar cf - CMakeLists.txt cmake engine io apps tests bench) | (cd "$work/source" && tar xf -)
+
+# name | file | sed script
+mutants() {
+  cat <<'TABLE'
+link-halo|engine/tiling/build.cpp|s/exchange_halo(table, nodes, kLinkHalo, /exchange_halo(table, nodes, kLinkHalo - 1, /
+merge-halo|engine/tiling/link_pass.cpp|s/exchange_halo(context.table, ids, kLinkHalo, /exchange_halo(context.table, ids, kLinkHalo - 1, /
+complete-halo|engine/tiling/build.cpp|s/exchange_halo(table, nodes, reach, /exchange_halo(table, nodes, reach - 1, /
+fit-halo|engine/tiling/build.cpp|s/exchange_halo(table, nodes, kFitHalo, /exchange_halo(table, nodes, kFitHalo - 1, /
+moments-in-double|engine/terrain/node_model.cpp|s/^Moments select(/thread_local double metres_x;\n&/; s/^  Moments m;$/&\n  metres_x = 0;/; s/^    m.x += kx;/&\n    metres_x += static_cast<double>(kx) * 1e-3;/; s/static_cast<double>(m.x) \/ n)/metres_x * 1e3 \/ n)/
+kernel-sum-in-doubles|engine/terrain/completion.cpp|s/^  std::int64_t support = 0, sum_z = 0/  double plain_k = 0, plain_z = 0;\n&/; s/^    sum_z += k \* near.z_mm\[i\];/&\n    const double real = kernel_real(std::sqrt(static_cast<double>(d9)) \/ 3 \/ rules.radius_mm);\n    plain_k += real;\n    plain_z += real * near.z_mm[i];/; s/static_cast<double>(sum_z) \/ static_cast<double>(support)/plain_z \/ plain_k/
+candidate-dropped|engine/tiling/neighbour_index.cpp|s/for (const auto& \[i, distance2\] : found_) squares/if (!found_.empty()) found_.pop_back();\n    &/
+visiting-order|engine/tiling/link_pass.cpp|s/kept_\[i\] = size\[root\] >= keep_nodes/kept_[i] = components[i].nodes >= keep_nodes/
+TABLE
+}
+
+cmake -S "$work/source" -B "$work/build" -G Ninja -DBTMS_BUILD_BENCH=OFF > "$work/log" 2>&1 || { cat "$work/log"; exit 1; }
+run_suite() {  # true when the suite passes
+  cmake --build "$work/build" --target btms_invariance > "$work/log" 2>&1 || { cat "$work/log"; echo "does not compile"; exit 1; }
+  "$work/build/bin/btms_invariance" > "$work/log" 2>&1
+}
+run_suite || { cat "$work/log"; echo "the suite fails without a mutant"; exit 1; }
+
+killed=0 alive=0
+mutants | while IFS='|' read -r name file script; do echo "$name"; done > "$work/names"
+for name in $(if [ $# -gt 0 ]; then echo "$@"; else cat "$work/names"; fi); do
+  line=$(mutants | grep "^$name|") || { echo "no mutant '$name'; there are:"; cat "$work/names"; exit 2; }
+  file=$(printf "%s\n" "$line" | cut -d"|" -f2)
+  mutants | sed -n "s/^$name|[^|]*|//p" > "$work/script"
+  cp "$work/source/$file" "$work/saved"
+  sed -i -f "$work/script" "$work/source/$file"
+  if cmp -s "$work/saved" "$work/source/$file"; then echo "$name: the sed script no longer finds its place in $file"; exit 1; fi
+  if run_suite; then alive=$((alive + 1)); echo "ALIVE   $name"; else killed=$((killed + 1)); echo "killed  $name ($(grep -c '^\[  FAILED  \].*(' "$work/log") tests fail)"; fi
+  cp "$work/saved" "$work/source/$file"
+done
+echo "$killed passed, $alive failed"
+[ "$alive" -eq 0 ]
