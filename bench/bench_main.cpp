@@ -5,10 +5,13 @@
 #include <cstdio>
 #include <exception>
 
+#include "bench/measure.h"
+
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   try {
+    btms::bench::remove_folder_however_this_ends();
     benchmark::RunSpecifiedBenchmarks();
   } catch (const std::exception& e) {
     std::fprintf(stderr, "btms_bench: %s\n", e.what());

@@ -4,6 +4,7 @@
 //   items_per_second  points per second (queries, where the benchmark asks for heights)
 //   ns_per_point      the inverse
 //   cpu_ns           processor time per point, of all threads: steadier than wall time where others use the machine
+//   cores           processors used on average: 1 with threads:2 means that the machine had no more to give
 //   points_per_node   points per node that holds any; 0 where there are no nodes
 //   copies            time in units of a plain copy of the same bytes, measured just before; 0 where there is none
 //   peak_MB           most memory the process held meanwhile (VmHWM), the city and all fixtures included
@@ -27,6 +28,8 @@ void verify_once(const std::string& key, const std::function<void()>& check);
 
 // The run's temporary folder, removed at exit.
 const std::filesystem::path& folder();
+// Leaves a process behind that removes it after a signal or a crash. Call before any thread starts.
+void remove_folder_however_this_ends();
 
 // Seconds of plain copies, medians.
 double copy_memory(std::uint64_t bytes);
