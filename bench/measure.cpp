@@ -106,6 +106,7 @@ void remove_folder_however_this_ends() {
     return;  // keeps the other end open as long as it lives
   }
   ::close(ends[1]);
+  ::setsid();  // a signal to the group is not for this process
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::signal(number, SIG_IGN);
   char byte = 0;
   while (::read(ends[0], &byte, 1) < 0) continue;  // until the benchmarks have ended
