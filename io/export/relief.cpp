@@ -26,9 +26,13 @@ Survey survey(const TileSource& map) {
   for (const TileId id : map.tiles()) {
     const auto tile = map.load(id);
     if (!tile) continue;
-    s.box = s.box.hull(tile->box);
+    const auto cols = static_cast<std::size_t>(tile->box.cols());
     for (std::size_t i = 0; i < tile->nodes.size(); ++i) {
       if (tile->nodes[i].state == NodeState::kUnknown) continue;
+      const std::size_t cell = i / kTriangles;
+      const std::int32_t col = tile->box.col0 + static_cast<std::int32_t>(cell % cols);
+      const std::int32_t row = tile->box.row0 + static_cast<std::int32_t>(cell / cols);
+      s.box = s.box.hull({col, row, col + 1, row + 1});
       const Gradient g = node_gradient(*tile, i / kTriangles, static_cast<std::uint8_t>(i % kTriangles));
       s.gradient_sum += std::sqrt(g.east * g.east + g.north * g.north);
       ++s.nodes;
@@ -69,6 +73,7 @@ class Canvas {
         height_(zoom.pixels(box.rows())),
         sums_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
 
+  // Precondition: every square of the tile with a surface lies in the canvas' box.
   void draw(const TerrainTile& tile, double relief) {
     // Samples across a square, so that each of its triangles is met, also in squares smaller than a pixel.
     const int across = std::max(2 * zoom_.enlarged, zoom_.reduced < 8 ? 4 : 2);
