@@ -1,0 +1,159 @@
+// Single scans, model and labels in memory; a scan is segmented by one thread, several scans run at a time.
+//   BM_SegmentScans/simulated  four scans from places in a dense city (150 points/m^2), 64 beams
+//   BM_SegmentScans/kitti      SemanticKITTI's full scans, where the environment variable BTMS_DATA names a folder with
+//   them
+// Reading is not part of the time. Checked: one label a point, the counts, and F1 against truth; equal labels from
+// threads. `copies` compares with a memcpy of the points (20 bytes each).
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <optional>
+
+#include "bench/bench_city.h"
+#include "bench/measure.h"
+#include "bench/simulated_scan.h"
+#include "engine/tiling/segment.h"
+#include "io/points/point_file.h"
+
+namespace btms::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Tells a working segmentation from a broken one.
+constexpr double kLeastF1 = 0.8;
+
+struct Scan {
+  std::unique_ptr<PointSource> points;
+  std::vector<std::uint32_t> truth;
+};
+
+struct Scans {
+  std::vector<Scan> scans;
+  TruthRules rules;
+  std::uint64_t points() const {
+    std::uint64_t sum = 0;
+    for (const Scan& scan : scans) sum += scan.points->size();
+    return sum;
+  }
+};
+
+// A file's points, without the file.
+std::vector<ScenePoint> points_in(const PointSource& file) {
+  PointBlock block;
+  file.read(0, static_cast<std::size_t>(file.size()), block);
+  verify(block.dropped() == 0, "points dropped from " + file.name());
+  std::vector<ScenePoint> points;
+  for (std::size_t i = 0; i < block.size(); ++i)
+    points.push_back({block.x_mm[i], block.y_mm[i], block.z_mm[i], SceneClass::kUnclassified});
+  return points;
+}
+
+const Scans& simulated() {
+  static const Scans made = [] {
+    SceneOptions options;
+    options.density_per_m2 = 150;
+    options.points = 3'000'000;  // 141 m x 141 m
+    const auto scene = Scene::create(options);
+    const std::vector<ScenePoint> points = generate_all(*scene);
+    Scans scans{{}, asprs_rules()};
+    for (int i = 1; scans.scans.size() < 4; ++i) {  // the first four open places near the middle
+      const double x = scene->width_m() * (0.3 + 0.4 * std::fmod(i * 0.7548776662466927, 1.0));
+      const double y = scene->height_m() * (0.3 + 0.4 * std::fmod(i * 0.5698402909980532, 1.0));
+      if (scene->cover(x, y) != SceneClass::kGround) continue;
+      auto scan = std::make_unique<ScenePoints>(simulate_scan(points, {x, y, scene->ground_z_m(x, y) + 1.73}));
+      std::vector<std::uint32_t> truth = scan->truth();
+      scans.scans.push_back({std::move(scan), std::move(truth)});
+    }
+    return scans;
+  }();
+  return made;
+}
+
+std::optional<fs::path> kitti_folder() {
+  const char* data = std::getenv("BTMS_DATA");
+  if (data == nullptr) return {};
+  const fs::path path = fs::path(data) / "semantickitti" / "full_scans";
+  return fs::is_directory(path / "velodyne") ? std::optional(path) : std::nullopt;
+}
+
+const Scans& kitti() {
+  static const Scans made = [] {
+    const fs::path path = *kitti_folder();
+    Scans scans{{}, semantic_kitti_rules()};
+    scans.rules.sensor_height_m = 0;  // the ambiguous classes left out
+    for (const fs::directory_entry& entry : fs::directory_iterator(path / "velodyne")) {
+      if (entry.path().extension() != ".bin") continue;
+      const auto file = open_points(entry.path());
+      scans.scans.push_back({std::make_unique<ScenePoints>(points_in(*file)),
+                             read_classes(path / "labels" / entry.path().filename().replace_extension(".label"))});
+    }
+    verify(!scans.scans.empty(), "no scans in " + path.string());
+    return scans;
+  }();
+  return made;
+}
+
+std::vector<SegmentedScan> segment_all(const Scans& scans, const Threads& threads) {
+  std::vector<SegmentedScan> results(scans.scans.size());
+  const Parameters parameters = preset("single-scan");
+  threads.for_each(results.size(),
+                   [&](std::size_t i, int) { results[i] = segment_scan(*scans.scans[i].points, parameters); });
+  return results;
+}
+
+// Returns F1 over all scans.
+double verify_results(const Scans& scans, const std::vector<SegmentedScan>& results) {
+  const std::vector<SegmentedScan> alone = segment_all(scans, *serial_threads());
+  Confusion all;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const SegmentedScan& s = results[i];
+    verify(s.labels.size() == scans.scans[i].points->size() && s.labels == alone[i].labels, "labels of a scan");
+    const auto terrain = static_cast<std::uint64_t>(std::count(s.labels.begin(), s.labels.end(), Label::kTerrain));
+    verify(terrain == s.counts.terrain, "terrain points of a scan");
+    std::vector<std::uint8_t> is_terrain;
+    for (const Label label : s.labels) is_terrain.push_back(label == Label::kTerrain);
+    all += score(scans.scans[i].truth, is_terrain, {}, scans.rules).without;
+  }
+  verify(all.f1() > kLeastF1, "F1 of the scans: " + std::to_string(all.f1()));
+  return all.f1();
+}
+
+void BM_SegmentScans(benchmark::State& state, const Scans& (*make)()) {
+  const Scans& scans = make();
+  const auto threads = make_threads(state.range(0));
+  const std::vector<SegmentedScan> results = segment_all(scans, *threads);
+  static std::map<bool, double> f1;
+  verify_once((make == kitti ? "kitti" : "simulated") + std::to_string(state.range(0)),
+              [&] { f1[make == kitti] = verify_results(scans, results); });
+  std::uint64_t nodes = 0;
+  for (const SegmentedScan& s : results)
+    for (const TileId id : s.map.tiles())
+      for (const NodeSurface& node : s.map.load(id)->nodes) nodes += node.count > 0;
+  Measure m(state, scans.points(), copy_memory(scans.points() * kPointBytes),
+            static_cast<double>(scans.points()) / static_cast<double>(nodes));
+  double seconds = 0;
+  for (auto _ : state) {
+    std::vector<SegmentedScan> timed;
+    seconds += m.time([&] { timed = segment_all(scans, *threads); });
+  }
+  state.counters["f1"] = f1[make == kitti];
+  state.counters["scans_per_s"] =
+      static_cast<double>(scans.scans.size()) * static_cast<double>(state.iterations()) / seconds;
+}
+
+void on_threads(benchmark::internal::Benchmark* b) {
+  b->ArgName("threads")->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
+}
+BENCHMARK_CAPTURE(BM_SegmentScans, simulated, simulated)->Apply(on_threads);
+
+[[maybe_unused]] const bool kitti_registered = [] {
+  if (kitti_folder())
+    on_threads(
+        benchmark::RegisterBenchmark("BM_SegmentScans/kitti", [](benchmark::State& s) { BM_SegmentScans(s, kitti); }));
+  return true;
+}();
+
+}  // namespace
+}  // namespace btms::bench
