@@ -53,8 +53,8 @@ class NanoflannIndex final : public NeighbourIndex {
 
 class LatticeIndex final : public NeighbourIndex {
  public:
-  LatticeIndex(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted, std::int32_t rings)
-      : held_(nodes.held()), wanted_(wanted), rings_(rings) {}
+  LatticeIndex(const CellBox& held, const std::vector<std::uint8_t>& wanted, std::int32_t rings)
+      : held_(held), wanted_(wanted), rings_(rings) {}
 
   void near(Cell corner, std::vector<Cell>& squares) override {
     squares.clear();
@@ -74,10 +74,9 @@ class LatticeIndex final : public NeighbourIndex {
 
 }  // namespace
 
-std::unique_ptr<NeighbourIndex> nanoflann_index(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted,
+std::unique_ptr<NeighbourIndex> nanoflann_index(const CellBox& held, const std::vector<std::uint8_t>& wanted,
                                                 double reach_cells) {
   SquareCloud cloud;
-  const CellBox& held = nodes.held();
   cloud.origin = {held.col0, held.row0};
   std::size_t k = 0;
   for (std::int32_t row = held.row0; row < held.row1; ++row)
@@ -86,9 +85,9 @@ std::unique_ptr<NeighbourIndex> nanoflann_index(const TileField<Node>& nodes, co
   return std::make_unique<NanoflannIndex>(std::move(cloud), reach_cells);
 }
 
-std::unique_ptr<NeighbourIndex> lattice_index(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted,
+std::unique_ptr<NeighbourIndex> lattice_index(const CellBox& held, const std::vector<std::uint8_t>& wanted,
                                               std::int32_t reach_rings) {
-  return std::make_unique<LatticeIndex>(nodes, wanted, reach_rings);
+  return std::make_unique<LatticeIndex>(held, wanted, reach_rings);
 }
 
 }  // namespace btms

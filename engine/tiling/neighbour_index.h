@@ -9,23 +9,23 @@
 #include <memory>
 #include <vector>
 
-#include "engine/terrain/node.h"
-#include "engine/tiling/tile_field.h"
+#include "engine/lattice/tiles.h"
 
 namespace btms {
 
 class NeighbourIndex {
  public:
   virtual ~NeighbourIndex() = default;
-  // Squares of `nodes` with a kTerrain node, at least all those with one within the kernel of any node of the 2 x 2
-  // squares whose south-west one is `corner`. Order is not defined. The vector is reused memory.
+  // Wanted squares, at least all those with a node within the kernel of any node of the 2 x 2 squares whose south-west
+  // one is `corner`. Order is not defined. The vector is reused memory.
   virtual void near(Cell corner, std::vector<Cell>& squares) = 0;
 };
 
-// `wanted[k]` marks the squares of nodes.held() (row by row) that a query may have to find. `reach_cells` = l / r.
-std::unique_ptr<NeighbourIndex> nanoflann_index(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted,
+// `wanted[k]` marks the squares of `held` (row by row) that hold terrain a query may have to find; it must outlive the
+// index. `reach_cells` = l / r.
+std::unique_ptr<NeighbourIndex> nanoflann_index(const CellBox& held, const std::vector<std::uint8_t>& wanted,
                                                 double reach_cells);
-std::unique_ptr<NeighbourIndex> lattice_index(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted,
+std::unique_ptr<NeighbourIndex> lattice_index(const CellBox& held, const std::vector<std::uint8_t>& wanted,
                                               std::int32_t reach_rings);
 
 }  // namespace btms
