@@ -20,7 +20,8 @@ struct Scratch {
   std::vector<Cell> squares;
 };
 
-void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double reach_cells, bool by_lattice, Scratch& s) {
+void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double reach_cells, bool by_lattice,
+                   Scratch& s) {
   const CellBox& held = nodes.held();
   const std::int32_t r = rules.resolution_mm;
   // Positions in a frame at the held box's corner: 32 bits of millimetres are 4000 km.

@@ -40,7 +40,8 @@ struct SquareMask {
       spread(from, to, n, stride);
       for (std::int32_t i = 0; i < std::min(rings, n); ++i)
         if (from[static_cast<std::ptrdiff_t>(i) * stride])
-          for (std::int32_t k = 0; k <= std::min(n - 1, i + rings); ++k) to[static_cast<std::ptrdiff_t>(k) * stride] = 1;
+          for (std::int32_t k = 0; k <= std::min(n - 1, i + rings); ++k)
+            to[static_cast<std::ptrdiff_t>(k) * stride] = 1;
     };
     for (std::int32_t row = 0; row < rows; ++row)
       spread_all(flags.data() + std::ptrdiff_t{row} * cols, wide.flags.data() + std::ptrdiff_t{row} * cols, cols, 1);
@@ -50,7 +51,8 @@ struct SquareMask {
   }
 };
 
-// Walks the interior squares that need a prediction, in groups of 2 x 2, and for each group the squares that can give one.
+// Walks the interior squares that need a prediction, in groups of 2 x 2, and for each group the squares that can give
+// one.
 class NeedyWalk {
  public:
   // `terrain(cell)` and `needs(cell)` look at the four nodes of a square of a TileField.

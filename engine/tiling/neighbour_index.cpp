@@ -12,7 +12,8 @@ struct SquareCloud {
   Cell origin;
 
   float coordinate(std::size_t i, std::size_t axis) const {
-    return static_cast<float>(axis == 0 ? 2 * (squares[i].col - origin.col) + 1 : 2 * (squares[i].row - origin.row) + 1);
+    return static_cast<float>(axis == 0 ? 2 * (squares[i].col - origin.col) + 1
+                                        : 2 * (squares[i].row - origin.row) + 1);
   }
   std::size_t kdtree_get_point_count() const { return squares.size(); }
   float kdtree_get_pt(std::size_t i, std::size_t axis) const { return coordinate(i, axis); }
@@ -58,8 +59,7 @@ class LatticeIndex final : public NeighbourIndex {
 
   void near(Cell corner, std::vector<Cell>& squares) override {
     squares.clear();
-    const CellBox box =
-        CellBox{corner.col, corner.row, corner.col + 2, corner.row + 2}.grown(rings_).intersect(held_);
+    const CellBox box = CellBox{corner.col, corner.row, corner.col + 2, corner.row + 2}.grown(rings_).intersect(held_);
     for (std::int32_t row = box.row0; row < box.row1; ++row)
       for (std::int32_t col = box.col0; col < box.col1; ++col)
         if (wanted_[static_cast<std::size_t>((std::int64_t{row} - held_.row0) * held_.cols() + (col - held_.col0))])

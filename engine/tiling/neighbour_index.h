@@ -1,8 +1,9 @@
-// Which squares with observed terrain lie near a place: a nanoflann kd-tree over one tile's interior and halo, or a scan of
-// the lattice that finds the same squares. Either only proposes candidates; the kernel's exact distance test decides.
+// Which squares with observed terrain lie near a place: a nanoflann kd-tree over one tile's interior and halo, or a
+// scan of the lattice that finds the same squares. Either only proposes candidates; the kernel's exact distance test
+// decides.
 //
-// The tree holds one point per square (four nodes), and only squares within reach of a square that needs a prediction; it
-// is asked once per 2 x 2 squares. Measured against one point a node and one query a node, that costs a fifth.
+// The tree holds one point per square (four nodes), and only squares within reach of a square that needs a prediction;
+// it is asked once per 2 x 2 squares. Measured against one point a node and one query a node, that costs a fifth.
 #pragma once
 
 #include <cstdint>
