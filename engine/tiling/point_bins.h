@@ -30,6 +30,7 @@ struct BinGrid {
   std::int32_t edge_cells;  // b
 
   explicit BinGrid(const Lattice& l);
+  BinGrid(const Lattice& l, std::int32_t cells) : lattice(l), edge_cells(cells) {}
   std::int32_t edge_mm() const { return edge_cells * lattice.resolution_mm(); }
   CellBox box_of(BinId id) const {
     return {id.bx * edge_cells, id.by * edge_cells, (id.bx + 1) * edge_cells, (id.by + 1) * edge_cells};

@@ -84,6 +84,16 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
   }
 }
 
+TileTable TileTable::finer() const {
+  TileTable t = *this;
+  t.layout_.lattice = layout_.lattice.finer();
+  t.layout_.grid.edge_cells *= 2;
+  t.layout_.grid.origin = {layout_.grid.origin.col * 2, layout_.grid.origin.row * 2};
+  for (Tile& tile : t.tiles_)
+    tile.box = {tile.box.col0 * 2, tile.box.row0 * 2, tile.box.col1 * 2, tile.box.row1 * 2};
+  return t;
+}
+
 int TileTable::owner_of(TileId id) const {
   // Neighbouring blocks on different ranks: every border of a block is really exchanged.
   const TileId block = block_of(layout_.grid, id);

@@ -25,6 +25,9 @@ class TileTable {
   TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::int32_t tile_cells, std::int32_t reach,
             std::uint64_t max_nodes, int ranks);
 
+  // The same tiles on the next finer lattice.
+  TileTable finer() const;
+
   const MapLayout& layout() const { return layout_; }
   const std::vector<Tile>& tiles() const { return tiles_; }  // ascending by id
   // Index in tiles(), or -1 where the map has no tile.

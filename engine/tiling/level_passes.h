@@ -1,0 +1,24 @@
+// The coarse-to-fine build: the same loop as passes.h, level by level.
+#pragma once
+
+#include "engine/terrain/level_fit.h"
+#include "engine/tiling/level_surface.h"
+#include "engine/tiling/passes.h"
+
+namespace btms {
+
+// Links the nodes of a level, counts rims, and rejects components that are not terrain (kRejected). Collective; needs
+// kLinkHalo rings of `nodes`, leaves halos stale.
+ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes);
+
+struct LevelsSummary {
+  FitSummary fit;
+  ComponentCounts components;  // of the finest level's last round
+};
+
+// All levels from the binned points to finished tiles. `table` is that of the coarsest level. Collective.
+LevelsSummary build_levels(const Parameters& parameters, const LevelParameters& levels, int level_count,
+                           const TileTable& coarsest, const PointBins& bins, const BinGrid& grid, bool neighbours_by_lattice,
+                           const Threads& threads, Ranks& ranks, Progress& progress, TileSink& sink);
+
+}  // namespace btms
