@@ -64,7 +64,7 @@ void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_
 
   std::int64_t sum = 0, weighted = 0;
   for (int doubling = 0; doubling < (rules.first() ? 3 : 1); ++doubling) {
-    const double radius = round_half_up(q.kernel_radius * rules.r_mm()) * (1 << doubling);
+    const double radius = round_half_up(q.level_kernel_radius * rules.r_mm()) * (1 << doubling);
     const auto radius_mm = static_cast<std::int64_t>(radius);
     terms.clear();
     sum = weighted = 0;

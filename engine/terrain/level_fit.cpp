@@ -110,7 +110,7 @@ LevelRules::LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first) 
 
 std::int32_t LevelRules::completion_halo() const {
   // On the first level the radius may double twice.
-  const double reach = p_.kernel_radius * (first_ ? 4 : 1);
+  const double reach = p_.level_kernel_radius * (first_ ? 4 : 1);
   return static_cast<std::int32_t>(std::ceil(reach - 1.0 / 6));
 }
 

@@ -33,7 +33,7 @@ struct LevelParameters {
   double agree = 0.1, agree_small = 0.3;              // a_min, a_small
   int rejection_rounds = 4;
   // Completion
-  double kernel_radius = 2.5;                         // l in r
+  double level_kernel_radius = 2.5;                   // l in r
   double shrink = 0.02;                               // kappa
   double tilt = 0.1, first_tilt = 0.5;                // share of the neighbours' planes that is extrapolated
   double completed_weight = 0.03;                     // w_b
@@ -42,7 +42,9 @@ struct LevelParameters {
   // Label
   double label_m = 0.12, label_slope = 0.5, label_uncertainty = 0.5;  // e3, e_s, e_u
   double label_slope_cap = 2;
-  double below_m = 3;
+  double level_below_m = 3;
+
+  friend bool operator==(const LevelParameters&, const LevelParameters&) = default;
 };
 
 }  // namespace btms

@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "engine/terrain/level_parameters.h"
+
 namespace btms {
 
 enum class NodeModel : std::uint8_t {
@@ -20,7 +22,14 @@ enum class CompletionNormals : std::uint8_t {
   kPlane,     // weighted least squares over the same neighbours; exact on a plane
 };
 
-struct Parameters {
+enum class Method : std::uint8_t {
+  kFixed,         // the paper: one lattice, Eq 1-14
+  kCoarseToFine,  // levels of halving resolution, each the prior of the next (docs/accuracy.md)
+};
+
+struct Parameters : LevelParameters {
+  Method method = Method::kFixed;
+  int levels = 1;                               // coarse to fine: resolution_m is the finest level's
   // Lattice and node model (Eq 1-5)
   double resolution_m = 4.0;  // r^T
   NodeModel node_model = NodeModel::kRobust;
@@ -52,7 +61,9 @@ struct ParameterInfo {
   std::string_view choices;  // "a|b" for enumerations, else ""
   std::string_view source;   // equation, table or measurement the default comes from
   std::string_view help;
-  std::variant<double Parameters::*, int Parameters::*, NodeModel Parameters::*, CompletionNormals Parameters::*> field;
+  std::variant<double Parameters::*, int Parameters::*, NodeModel Parameters::*, CompletionNormals Parameters::*,
+               Method Parameters::*>
+      field;
 };
 
 std::span<const ParameterInfo> parameter_table();
@@ -69,7 +80,9 @@ std::vector<std::string> preset_names();
 // Throws Error(kUsage) naming the presets there are.
 Parameters preset(std::string_view name);
 
-// r in integer millimetres. Precondition: check(p) passed.
+// r in integer millimetres (of the finest level). Precondition: check(p) passed.
 std::int32_t resolution_mm(const Parameters& p);
+// Levels the map is built in: 1 for the fixed method.
+int level_count(const Parameters& p);
 
 }  // namespace btms

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "engine/error.h"
+#include "engine/tiling/level_passes.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/point_bins.h"
 #include "engine/tiling/tile_table.h"
@@ -11,10 +12,12 @@
 namespace btms {
 namespace {
 
+constexpr std::int32_t kDefaultTileCells = 128;  // of the finest level
+
 class Stopwatch {
  public:
   // Seconds since the last call, filed under `phase`.
-  void lap(const char* phase, std::vector<PhaseTime>& phases) {
+  void lap(const std::string& phase, std::vector<PhaseTime>& phases) {
     const auto now = std::chrono::steady_clock::now();
     phases.push_back({phase, std::chrono::duration<double>(now - last_).count()});
     last_ = now;
@@ -31,6 +34,25 @@ std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
   return ranks.gather(mine);
 }
 
+// What all ranks have made.
+void add_up(const FitSummary& fit, Ranks& ranks, BuildSummary& summary) {
+  const auto sums =
+      ranks.sum<std::uint64_t>({fit.tiles, fit.nodes, fit.observed, fit.predicted, fit.obstacle, fit.unknown});
+  summary.tiles = sums[0];
+  summary.nodes = sums[1];
+  summary.observed = sums[2];
+  summary.predicted = sums[3];
+  summary.obstacle = sums[4];
+  summary.unknown = sums[5];
+  summary.digest = ranks.sum<Digest>({fit.digest})[0];
+}
+
+MapLayout finest_layout(const TileTable& coarsest, int levels) {
+  TileTable table = coarsest;
+  for (int i = 1; i < levels; ++i) table = table.finer();
+  return table.layout();
+}
+
 }  // namespace
 
 BuildSummary build_map(std::span<const PointSource* const> sources, const BuildOptions& options, const Threads& threads,
@@ -39,7 +61,12 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   check(p);
   BuildSummary summary;
   Stopwatch watch;
-  const BinGrid grid{Lattice(resolution_mm(p))};
+  const int levels = level_count(p);
+  const bool coarse_to_fine = p.method == Method::kCoarseToFine;
+  const Lattice finest(resolution_mm(p)), coarsest(resolution_mm(p) << (levels - 1));
+  // Coarse to fine, a bin is one cell of the coarsest level: it lies in one tile, and is sorted anew on every level.
+  const BinGrid grid = coarse_to_fine ? BinGrid(finest, 1 << (levels - 1)) : BinGrid(finest);
+  const std::int32_t tile_cells = options.tile_cells.value_or(std::max(1, kDefaultTileCells >> (levels - 1)));
 
   PointBins bins = PointBins::read(sources, grid, threads, ranks, progress);
   const auto counts =
@@ -55,11 +82,22 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
                 sources.empty() ? "" : sources[0]->name());
   watch.lap("partition", summary.phases);
 
-  const std::int32_t reach = complete_halo(p);
-  const TileTable table(occupied_bins(bins, ranks), grid, options.tile_cells, reach, options.max_nodes, ranks.size());
+  const std::int32_t reach = coarse_to_fine ? kDomainRings : complete_halo(p);
+  const TileTable table(occupied_bins(bins, ranks), coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells, reach,
+                        options.max_nodes, ranks.size(), levels - 1);
   bins.redistribute(ranks, [&](BinId bin) { return table.owner_of(bin); });
-  summary.layout = table.layout();
-  TileSink& tiles = sink(table.layout());
+  summary.layout = finest_layout(table, levels);
+  TileSink& tiles = sink(summary.layout);
+
+  if (coarse_to_fine) {
+    const LevelsSummary done =
+        build_levels(p, table, bins, grid, options.neighbours_by_lattice, threads, ranks, progress, tiles,
+                     [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
+    summary.components = done.components.all;
+    summary.components_kept = done.components.kept;
+    add_up(done.fit, ranks, summary);
+    return summary;
+  }
 
   const PassContext context{p, table, threads, ranks, progress};
   NodeFields nodes(table.tiles().size());
@@ -82,15 +120,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
 
   exchange_halo(table, nodes, kFitHalo, threads, ranks);
   const FitSummary fit = fit_pass(context, nodes, tiles);
-  const auto sums =
-      ranks.sum<std::uint64_t>({fit.tiles, fit.nodes, fit.observed, fit.predicted, fit.obstacle, fit.unknown});
-  summary.tiles = sums[0];
-  summary.nodes = sums[1];
-  summary.observed = sums[2];
-  summary.predicted = sums[3];
-  summary.obstacle = sums[4];
-  summary.unknown = sums[5];
-  summary.digest = ranks.sum<Digest>({fit.digest})[0];
+  add_up(fit, ranks, summary);
   watch.lap("fit", summary.phases);
   return summary;
 }

@@ -35,6 +35,7 @@ struct LabelTile {
   LabelTile(const TerrainTile& tile, const Parameters& p) : box(tile.box), centre_mm(tile.centre_mm) {
     const auto r = static_cast<float>(tile.resolution_mm);
     const auto eps3 = static_cast<float>(p.terrain_distance_m * 1000), below = static_cast<float>(-p.below_m * 1000);
+    const bool coarse_to_fine = p.method == Method::kCoarseToFine;
     planes.resize(tile.nodes.size());
     std::size_t i = 0;
     for (std::int32_t row = box.row0; row < box.row1; ++row)
@@ -46,6 +47,16 @@ struct LabelTile {
           }
           const FinalPlane plane = FinalPlane::through(t, tile.corners_mm({{col, row}, t}));
           const float a = static_cast<float>(plane.rise_x_mm) / r, b = static_cast<float>(plane.rise_y_mm) / r;
+          if (coarse_to_fine) {
+            // The threshold follows slope and uncertainty, measured vertically.
+            const float slope = std::min(std::sqrt(a * a + b * b), static_cast<float>(p.label_slope_cap));
+            const float lean = static_cast<float>(p.label_slope * 1000) * slope;
+            planes[i] = {a, b,
+                         static_cast<float>(p.label_m * 1000) + lean +
+                             static_cast<float>(p.label_uncertainty) * static_cast<float>(tile.nodes[i].sd_mm),
+                         -(static_cast<float>(p.level_below_m * 1000) + 2 * lean)};
+            continue;
+          }
           const float secant = std::sqrt(1 + a * a + b * b);  // p . s + d = vertical distance / secant
           planes[i] = {a, b, eps3 * secant, below * secant};
         }

@@ -13,8 +13,6 @@
 namespace btms {
 namespace {
 
-constexpr std::int32_t kDomainRings = 2;  // the map ends this many coarsest cells beyond the last point
-
 using LevelFields = TileFields<LevelNode>;
 using Surfaces = std::vector<LevelSurface>;
 
@@ -79,14 +77,12 @@ void bound_domain(const PassContext& context, LevelFields& nodes) {
   exchange_halo(context.table, nodes, kDomainRings, context.threads, context.ranks);
   context.for_each_tile("domain", [&](std::size_t i, int) {
     SquareMask occupied(nodes[i].held());
-    const CellBox& held = nodes[i].held();
     const CellBox seen = tiles[i].box.grown(kDomainRings);
     for (std::int32_t row = seen.row0; row < seen.row1; ++row)
       for (std::int32_t col = seen.col0; col < seen.col1; ++col) {
         const LevelNode* cell = nodes[i].cell({col, row});
         occupied.at(col, row) = std::any_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.count > 0; });
       }
-    (void)held;
     const SquareMask domain = occupied.dilated(kDomainRings);
     for_each_node(tiles[i].box, [&](NodeId n) {
       if (!domain.at(n.cell.col, n.cell.row)) nodes[i].cell(n.cell)[n.triangle].level_class = LevelClass::kOutside;
@@ -129,7 +125,7 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
       else take_prior(node, n.triangle, prior.of(i, n), rules);
     });
     const std::int32_t rings = rules.completion_halo();
-    NeedyWalk walk(from, rings, rules.p().kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
+    NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
                    [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
     walk.walk(
         s.squares,
@@ -239,17 +235,18 @@ TerrainTile finish_tile(const TileField<LevelNode>& nodes, const TileField<Level
 
 }  // namespace
 
-LevelsSummary build_levels(const Parameters& parameters, const LevelParameters& level_parameters, int level_count,
-                           const TileTable& coarsest, const PointBins& bins, const BinGrid& finest_grid, bool by_lattice,
-                           const Threads& threads, Ranks& ranks, Progress& progress, TileSink& sink) {
+LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
+                           const BinGrid& finest_grid, bool by_lattice, const Threads& threads, Ranks& ranks,
+                           Progress& progress, TileSink& sink, const std::function<void(int)>& level_done) {
+  const int levels = level_count(parameters);
   LevelsSummary summary;
   TileTable table = coarsest;
   Surfaces surfaces;
-  for (int level = 0; level < level_count; ++level) {
+  for (int level = 0; level < levels; ++level) {
     if (level > 0) table = table.finer();
-    const bool first = level == 0, last = level == level_count - 1;
-    const LevelRules rules(level_parameters, table.layout().lattice.resolution_mm(), first);
-    const BinGrid grid(table.layout().lattice, finest_grid.edge_cells >> (level_count - 1 - level));
+    const bool first = level == 0, last = level == levels - 1;
+    const LevelRules rules(parameters, table.layout().lattice.resolution_mm(), first);
+    const BinGrid grid(table.layout().lattice, finest_grid.edge_cells >> (levels - 1 - level));
     const PassContext context{parameters, table, threads, ranks, progress};
     const std::int32_t halo = std::max(rules.completion_halo(), kDomainRings);
 
@@ -303,6 +300,7 @@ LevelsSummary build_levels(const Parameters& parameters, const LevelParameters& 
       }
     }
     surfaces = std::move(own);
+    level_done(level);
   }
   return summary;
 }

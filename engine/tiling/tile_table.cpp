@@ -13,7 +13,7 @@ std::string metres(std::int64_t mm) { return std::to_string(mm / 1000); }
 
 // Positions inside a tile and its halo are 32-bit millimetres, and squares are counted exactly in float.
 std::int64_t widest_tile_cells(std::int32_t r_mm, std::int32_t reach) {
-  return std::min<std::int64_t>(1 << 21, INT32_MAX / r_mm - 2 * std::int64_t{reach} - 2);
+  return std::min<std::int64_t>(1 << 21, INT32_MAX / r_mm - 2 * std::int64_t{reach} - 64);
 }
 
 // The bin furthest from the median of all bins: the likely culprit of an absurd extent.
@@ -31,8 +31,8 @@ BinId furthest(std::span<const BinId> bins) {
 }  // namespace
 
 TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::int32_t tile_cells, std::int32_t reach,
-                     std::uint64_t max_nodes, int ranks)
-    : bins_(bins), layout_{bins.lattice, {}}, ranks_(ranks) {
+                     std::uint64_t max_nodes, int ranks, int refinements)
+    : bins_(bins), layout_{bins.lattice, {}}, ranks_(ranks), refinements_(refinements) {
   const std::int64_t widest = widest_tile_cells(bins.lattice.resolution_mm(), reach);
   if (tile_cells < 0 || tile_cells > widest)
     throw Error(ErrorCode::kUsage, "a tile edge of " + std::to_string(tile_cells) + " cells: expected 1 to " +
@@ -66,7 +66,7 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
 
   std::uint64_t nodes = 0, largest = 0;
   for (const auto& [id, box] : in_use) {
-    const auto held = static_cast<std::uint64_t>(box.grown(reach).cells()) * kTriangles;
+    const auto held = (static_cast<std::uint64_t>(box.grown(reach).cells()) * kTriangles) << (2 * refinements);
     nodes += held;
     largest = std::max(largest, held);
     index_.emplace(id, static_cast<std::int32_t>(tiles_.size()));
@@ -86,6 +86,7 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
 
 TileTable TileTable::finer() const {
   TileTable t = *this;
+  --t.refinements_;
   t.layout_.lattice = layout_.lattice.finer();
   t.layout_.grid.edge_cells *= 2;
   t.layout_.grid.origin = {layout_.grid.origin.col * 2, layout_.grid.origin.row * 2};
@@ -96,7 +97,8 @@ TileTable TileTable::finer() const {
 
 int TileTable::owner_of(TileId id) const {
   // Neighbouring blocks on different ranks: every border of a block is really exchanged.
-  const TileId block = block_of(layout_.grid, id);
+  const TileGrid finest{static_cast<std::int32_t>(std::min<std::int64_t>(std::int64_t{layout_.grid.edge_cells} << refinements_, INT32_MAX)), {}};
+  const TileId block = block_of(finest, id);
   const std::int64_t diagonal = std::int64_t{block.tx} + block.ty;
   return static_cast<int>(diagonal - ranks_ * floor_div(diagonal, ranks_));
 }
