@@ -1,5 +1,7 @@
 #include "io/store/cf_file.h"
 
+#include <cmath>
+
 #include "io/store/cf_attributes.h"
 
 namespace btms {
@@ -25,6 +27,14 @@ hid_t file_type(Element e) {
     default:
       return H5T_STD_U8LE;
   }
+}
+
+// As UDUNITS has it; nullptr for what is none of these: crs_wkt says it then.
+const char* unit_name(double unit_m) {
+  constexpr double kUsSurveyFoot_m = 1200.0 / 3937.0;
+  if (unit_m == 1) return "m";
+  if (unit_m == 0.3048) return "foot";
+  return std::abs(unit_m - kUsSurveyFoot_m) < 1e-12 ? "US_survey_foot" : nullptr;
 }
 
 void describe_states(hid_t layer) {
@@ -80,12 +90,8 @@ CfAxis CfFile::add_axis(hid_t place, const char* name, bool north_south, const s
   write_text(axis.get(), "standard_name",
              degrees ? (north_south ? "latitude" : "longitude")
                      : (north_south ? "projection_y_coordinate" : "projection_x_coordinate"));
-  // 0.3048 m is the foot; the other foot in use is the US survey foot.
-  write_text(axis.get(), "units",
-             degrees            ? (north_south ? "degrees_north" : "degrees_east")
-             : unit_m == 1      ? "m"
-             : unit_m == 0.3048 ? "foot"
-                                : "US_survey_foot");
+  const char* unit = degrees ? (north_south ? "degrees_north" : "degrees_east") : unit_name(unit_m);
+  if (unit) write_text(axis.get(), "units", unit);
   write_text(axis.get(), "axis", north_south ? "Y" : "X");
   write_text(axis.get(), "long_name", north_south ? "northing" : "easting");
   return {std::move(axis), name};

@@ -50,18 +50,26 @@ void set_filters(const LayerInfo& layer, const CellBox& box, hid_t properties) {
 
 [[noreturn]] void damaged(const std::string& why) { throw Error(ErrorCode::kVerification, why); }
 
+std::string dataset_name(const LayerInfo& layer) { return std::string(layer.in_tgf ? "tgf/" : "") + layer.name; }
+
+// The stored layer; damaged() when it has not the shape it has over `box`.
+Hdf5Dataset open_layer(hid_t file, const LayerInfo& layer, const CellBox& box) {
+  Hdf5Dataset data(H5Dopen2(file, dataset_name(layer).c_str(), H5P_DEFAULT), "open a layer");
+  const Hdf5Space space(H5Dget_space(data.get()), "read a layer's extent");
+  const Hdf5Space expected = layer_space(layer, layer_shape(layer, box));
+  const Hdf5Type type(H5Dget_type(data.get()), "read a layer's type");
+  if (hdf5_check(H5Sextent_equal(space.get(), expected.get()), "compare extents") == 0 ||
+      H5Tget_size(type.get()) != element_bytes(layer.element))
+    damaged("layer " + dataset_name(layer) + " has another shape than the manifest says");
+  return data;
+}
+
 // The stored layer's raster; damaged() when it is not what encode_layer would have written.
 std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const CellBox& box, ChunkDecoder& decoder) {
-  const std::string name = std::string(layer.in_tgf ? "tgf/" : "") + layer.name;
-  Hdf5Dataset data(H5Dopen2(file, name.c_str(), H5P_DEFAULT), "open a layer");
+  Hdf5Dataset data = open_layer(file, layer, box);
+  const std::string name = dataset_name(layer);
   const LayerShape shape = layer_shape(layer, box), chunk = chunk_shape(layer, box);
-  const Hdf5Space space(H5Dget_space(data.get()), "read a layer's extent"), expected = layer_space(layer, shape);
-  const Hdf5Type type(H5Dget_type(data.get()), "read a layer's type");
   const std::size_t element = element_bytes(layer.element);
-  if (hdf5_check(H5Sextent_equal(space.get(), expected.get()), "compare extents") == 0 ||
-      H5Tget_size(type.get()) != element)
-    damaged("layer " + name + " has another shape than the manifest says");
-
   std::vector<std::uint8_t> raster(shape.elements() * element), values(chunk.elements() * element), stored;
   fill_with(raster, fill_value(layer));
   each_chunk(shape, chunk, [&](std::size_t row0, std::size_t col0) {
@@ -115,6 +123,9 @@ TerrainTile decode_shard(std::span<const std::uint8_t> bytes, std::int32_t resol
   try {
     Hdf5File file = open_image(bytes);
     ChunkDecoder decoder;
+    // All shapes before the first allocation: the box is only the manifest's claim.
+    for (const LayerInfo& layer : layer_table())
+      if (layer.in_tgf) open_layer(file.get(), layer, box).close();
     TerrainTile tile(resolution_mm, box);
     std::uint64_t hash = 0;
     for (const LayerInfo& layer : layer_table()) {
