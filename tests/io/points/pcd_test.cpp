@@ -177,6 +177,8 @@ TEST(Pcd, ReadsTheLastLineWithoutNewline) {
 
 TEST(Pcd, AcceptsOddFilesWithAWarning) {
   const TemporaryFolder folder;
+  Bytes far;
+  for (const float v : {400000.5f, 1.0f, 2.0f}) append(far, v);
   std::string viewpoint = pcd_header("ascii", 1) + "1 2 3\n";
   viewpoint.replace(viewpoint.find("0 0 0 1 0 0 0"), 13, "0 0 0");
   const std::vector<std::pair<const char*, Bytes>> cases = {
@@ -187,7 +189,7 @@ TEST(Pcd, AcceptsOddFilesWithAWarning) {
       {"no points", pcd_header("binary", 0) + Bytes()},
       {"no points", pcd_header("ascii", 0) + Bytes()},
       {"no points", pcd_header("binary_compressed", 0) + Bytes(8)},
-      {"lost their precision", pcd_header("ascii", 1) + "400000.5 1 2\n" + Bytes()},
+      {"lost their precision", pcd_header("binary", 1) + far},
   };
   for (const auto& [warning, bytes] : cases) {
     SCOPED_TRACE(warning);

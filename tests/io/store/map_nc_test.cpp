@@ -2,7 +2,7 @@
 #include <hdf5.h>
 
 #include "io/store/crs.h"
-#include "io/store/hdf5_handle.h"
+#include "io/store/hdf5.h"
 #include "tests/io/store/made_map.h"
 
 namespace btms {
