@@ -93,7 +93,7 @@ TEST_F(MapFolder, AKilledWriterHindersNobody) {
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   ASSERT_TRUE(WIFSIGNALED(status));
-  EXPECT_EQ(files_in(folder_ / "shards").size(), 1u);
+  EXPECT_GE(files_in(folder_ / "shards").size(), 1u);
   write_some_map();
   const auto map = MapReader::open(folder_);
   for (const TileId id : map->tiles()) EXPECT_NE(map->load(id), nullptr);
