@@ -23,8 +23,8 @@ const std::array kTable = {
                   "seeds are the points up to this far above the node's lowest ones", &P::seed_height_m},
     ParameterInfo{"refit_distance_m", "", "m", 0.001, 10.0, "", "robust model",
                   "a refit takes the points up to this far above the plane", &P::refit_distance_m},
-    ParameterInfo{"slope_max_deg", "theta^T", "deg", 0.1, 89.0, "", "Eq 5, Table I",
-                  "steeper planes are not terrain", &P::slope_max_deg},
+    ParameterInfo{"slope_max_deg", "theta^T", "deg", 0.1, 89.0, "", "Eq 5, Table I", "steeper planes are not terrain",
+                  &P::slope_max_deg},
     ParameterInfo{"min_points", "sigma^T", "points", 1, 1000000, "", "Eq 5, Table I",
                   "nodes with fewer points are not terrain candidates", &P::min_points},
     ParameterInfo{"normal_similarity", "eps1", "rad/m", 0.0, 1.5, "", "Eq 6, Table I",
@@ -111,9 +111,7 @@ void set_parameter(Parameters& p, std::string_view name, std::string_view text) 
     void operator()(double P::*f) const { p.*f = parse(0.0); }
     void operator()(int P::*f) const { p.*f = parse(0); }
     void operator()(NodeModel P::*f) const { p.*f = choice<NodeModel>(info, kNodeModels, text); }
-    void operator()(CompletionNormals P::*f) const {
-      p.*f = choice<CompletionNormals>(info, kCompletionNormals, text);
-    }
+    void operator()(CompletionNormals P::*f) const { p.*f = choice<CompletionNormals>(info, kCompletionNormals, text); }
   };
   std::visit(Visitor{p, info, text, number}, info.field);
 }

@@ -1,7 +1,7 @@
 #include "engine/tiling/build.h"
 
+#include <algorithm>
 #include <chrono>
-#include <cstring>
 
 #include "engine/error.h"
 #include "engine/tiling/passes.h"
@@ -24,34 +24,11 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-// Sums over all ranks of plain counters.
-template <class T>
-std::vector<T> sum_over_ranks(const std::vector<T>& mine, Ranks& ranks) {
-  Bytes bytes(mine.size() * sizeof(T));
-  std::memcpy(bytes.data(), mine.data(), bytes.size());
-  std::vector<T> sums(mine.size());
-  for (const Bytes& in : ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size()), bytes)))
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      T value;
-      std::memcpy(&value, in.data() + i * sizeof(T), sizeof(T));
-      sums[i] += value;
-    }
-  return sums;
-}
-
 // Every rank's occupied bins.
 std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
-  Bytes bytes(bins.bins().size() * sizeof(BinId));
-  for (std::size_t i = 0; i < bins.bins().size(); ++i)
-    std::memcpy(bytes.data() + i * sizeof(BinId), &bins.bins()[i].id, sizeof(BinId));
-  std::vector<BinId> all;
-  for (const Bytes& in : ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size()), bytes)))
-    for (std::size_t at = 0; at < in.size(); at += sizeof(BinId)) {
-      BinId id;
-      std::memcpy(&id, in.data() + at, sizeof id);
-      all.push_back(id);
-    }
-  return all;
+  std::vector<BinId> mine;
+  for (const PointBins::Bin& bin : bins.bins()) mine.push_back(bin.id);
+  return ranks.gather(mine);
 }
 
 }  // namespace
@@ -65,8 +42,8 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   const BinGrid grid{Lattice(resolution_mm(p))};
 
   PointBins bins = PointBins::read(sources, grid, threads, ranks, progress);
-  const auto counts = sum_over_ranks<std::uint64_t>(
-      {bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range}, ranks);
+  const auto counts =
+      ranks.sum<std::uint64_t>({bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range});
   summary.points = counts[0];
   summary.not_finite = counts[1];
   summary.out_of_range = counts[2];
@@ -105,15 +82,15 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
 
   exchange_halo(table, nodes, kFitHalo, threads, ranks);
   const FitSummary fit = fit_pass(context, nodes, tiles);
-  const auto sums = sum_over_ranks<std::uint64_t>(
-      {fit.tiles, fit.nodes, fit.observed, fit.predicted, fit.obstacle, fit.unknown}, ranks);
+  const auto sums =
+      ranks.sum<std::uint64_t>({fit.tiles, fit.nodes, fit.observed, fit.predicted, fit.obstacle, fit.unknown});
   summary.tiles = sums[0];
   summary.nodes = sums[1];
   summary.observed = sums[2];
   summary.predicted = sums[3];
   summary.obstacle = sums[4];
   summary.unknown = sums[5];
-  summary.digest = sum_over_ranks<Digest>({fit.digest}, ranks)[0];
+  summary.digest = ranks.sum<Digest>({fit.digest})[0];
   watch.lap("fit", summary.phases);
   return summary;
 }

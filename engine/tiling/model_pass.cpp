@@ -3,6 +3,7 @@
 
 #include "engine/error.h"
 #include "engine/lattice/divider.h"
+#include "engine/terrain/moments.h"
 #include "engine/terrain/node_model.h"
 #include "engine/tiling/passes.h"
 
@@ -11,9 +12,9 @@ namespace {
 
 // Memory of one worker: the points of one bin sorted by node.
 struct Scratch {
-  std::vector<std::uint16_t> key;      // node within the bin: (row b + col) 4 + triangle
-  std::vector<std::uint32_t> end;      // per node: where its points end
-  std::vector<std::int16_t> x, y;      // from the square's centre
+  std::vector<std::uint16_t> key;  // node within the bin: (row b + col) 4 + triangle
+  std::vector<std::uint32_t> end;  // per node: where its points end
+  std::vector<std::int16_t> x, y;  // from the square's centre
   std::vector<std::int32_t> z;
 };
 
@@ -58,6 +59,16 @@ void sort_by_node(const PointBins::Bin& bin, const BinGrid& grid, Scratch& s) {
     }
 }
 
+[[noreturn]] void refuse_crowded_node(const BinGrid& grid, const CellBox& box, std::size_t node, std::uint32_t points) {
+  const auto cell = static_cast<std::int32_t>(node / kTriangles);
+  const Cell c{box.col0 + cell % grid.edge_cells, box.row0 + cell / grid.edge_cells};
+  throw Error(ErrorCode::kBadInput,
+              std::to_string(points) +
+                  " points in one node near x = " + std::to_string(grid.lattice.centre_x_mm(c) / 1000) +
+                  " m, y = " + std::to_string(grid.lattice.centre_y_mm(c) / 1000) + " m, more than " +
+                  std::to_string(kMaxNodePoints) + ": thin the input or choose a finer resolution");
+}
+
 void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRules& rules, Scratch& s,
                TileField<Node>& out) {
   sort_by_node(bin, grid, s);
@@ -65,6 +76,7 @@ void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRu
   const std::span<Node> nodes = out.values();
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const std::uint32_t end = s.end[k];
+    if (end - begin > kMaxNodePoints) refuse_crowded_node(grid, out.interior(), k, end - begin);
     nodes[k] = model_node({s.x.data() + begin, s.y.data() + begin, s.z.data() + begin, end - begin}, rules);
     begin = end;
   }
@@ -105,8 +117,8 @@ void model_pass(const PassContext& context, const PointBins& bins, const BinGrid
     if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in model");
     const PointBins::Bin& bin = *order[i];
     if (bin.size > 0xffffffffu)
-      throw Error(ErrorCode::kBadInput, "more than 4294967295 points in one block of " + std::to_string(grid.edge_mm() / 1000) +
-                                            " m: thin the input");
+      throw Error(ErrorCode::kBadInput, "more than 4294967295 points in one block of " +
+                                            std::to_string(grid.edge_mm() / 1000) + " m: thin the input");
     TileField<Node>& result = local[static_cast<std::size_t>(worker)];
     result = TileField<Node>(grid.box_of(bin.id), 0);
     model_bin(bin, grid, rules, scratch[static_cast<std::size_t>(worker)], result);

@@ -1,7 +1,7 @@
 // Pass "partition": reads the sources in parallel blocks, rounds nothing (readers did), and sorts the points by bin.
 //
-// A bin is a block of b x b cells (b a power of two, at most 32 cells and 65.5 m), anchored at absolute multiples of b: its
-// points fit the cache while they are sorted by node, and a point needs 8 bytes. Bins know nothing of tiles.
+// A bin is a block of b x b cells (b a power of two, at most 32 cells and 65.5 m), anchored at absolute multiples of b:
+// its points fit the cache while they are sorted by node, and a point needs 8 bytes. Bins know nothing of tiles.
 #pragma once
 
 #include <cstdint>

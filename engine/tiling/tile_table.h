@@ -20,7 +20,8 @@ struct Tile {
 class TileTable {
  public:
   // Tiles of all bins that hold points. `reach` is how many rings of cells a prediction may lie away from a point.
-  // tile_cells = 0 makes the whole map one tile. Throws Error(kUsage) above max_nodes, naming the bin furthest out.
+  // tile_cells = 0 makes the whole map one tile (or a few, where it is wider than 2^31 mm or 2^21 cells). Throws
+  // Error(kUsage) when tiles and halos together hold more than max_nodes, naming the bin furthest out.
   TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::int32_t tile_cells, std::int32_t reach,
             std::uint64_t max_nodes, int ranks);
 

@@ -1,4 +1,5 @@
-// The invariance suite on real surveys: an airborne city tile, and two adjoining forest files as one map. Needs BTMS_DATA.
+// The invariance suite on real surveys: an airborne city tile, and two adjoining forest files as one map. Needs
+// BTMS_DATA.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
