@@ -33,6 +33,21 @@ TEST(InvarianceScene, InTheNegativeQuadrant) {
                     small_nodes(CompletionNormals::kFaithful, NodeModel::kRobust), all_ways(kEdges));
 }
 
+// Coarse to fine: 16, 8, 4 and 2 m, every level with its own halos, rounds and verdicts.
+Parameters levels_of_city() {
+  Parameters p = preset("city");
+  p.levels = 4;
+  return p;
+}
+
+TEST(InvarianceScene, CoarseToFineAtUtmCoordinates) {
+  expect_one_digest(hard_scene(352'123'456, 5'744'987'654, 200'000, kPoints), levels_of_city(), all_ways({1, 3, 8, 0}));
+}
+
+TEST(InvarianceScene, CoarseToFineInTheNegativeQuadrant) {
+  expect_one_digest(hard_scene(-90'000'001, -7'123'457, 150'000, kPoints, 2), levels_of_city(), all_ways({1, 5, 0}));
+}
+
 TEST(InvarianceScene, AcrossAllQuadrants) {
   expect_one_digest(hard_scene(-45'001, -43'999, kSize_mm, kPoints, 3),
                     small_nodes(CompletionNormals::kPlane, NodeModel::kPca), all_ways({8, 0}));
