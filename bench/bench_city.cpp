@@ -92,6 +92,7 @@ const City& city() {
 BuildOptions city_options(int resolution_m) {
   BuildOptions options;
   options.parameters = preset("city");
+  options.parameters.method = Method::kFixed;
   options.parameters.resolution_m = resolution_m;
   options.tile_cells = 128 / resolution_m;
   return options;

@@ -15,8 +15,7 @@ void BM_Kernel(benchmark::State& state) {
   std::vector<double> t;
   for (int i = 0; i < 4096; ++i) t.push_back(i / 4096.0);
   for (const double v : t) {  // the answer before the time
-    const double printed =
-        (2 + std::cos(2 * kPi * v)) * (1 - v) / 3 + std::sin(2 * kPi * v) / (2 * kPi);
+    const double printed = (2 + std::cos(2 * kPi * v)) * (1 - v) / 3 + std::sin(2 * kPi * v) / (2 * kPi);
     if (std::abs(kernel_real(v) - printed) > 1e-9) throw std::logic_error("kernel differs from Eq 7");
   }
   for (auto _ : state) {

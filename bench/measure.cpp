@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "io/points/input_file.h"
+#include "io/files/descriptor.h"
 
 namespace btms::bench {
 namespace {
@@ -71,7 +71,7 @@ constexpr std::size_t kBuffer = std::size_t{1} << 18;  // what the readers use
 
 template <class Take>
 void stream(const fs::path& file, Take&& take) {
-  const FileDescriptor from(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
+  const Descriptor from(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
   verify(from.get() >= 0, "cannot open " + file.string());
   static std::vector<char> buffer(kBuffer);
   ssize_t n = 0;
@@ -134,7 +134,7 @@ double copy_file(const fs::path& file) {
   const fs::path copy = folder() / "plain-copy";
   const double seconds = median_seconds(5, [&] {
     fs::remove(copy);
-    const FileDescriptor to(::open(copy.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+    const Descriptor to(::open(copy.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
     verify(to.get() >= 0, "cannot create " + copy.string());
     stream(file, [&](const char* bytes, std::size_t n) {
       for (std::size_t done = 0; done < n;) {

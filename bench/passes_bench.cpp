@@ -38,7 +38,7 @@ struct Stages {
   BinGrid grid{Lattice(resolution_mm(options.parameters))};
   PointBins bins = partition(grid, *serial_threads());
   std::int32_t reach = complete_halo(options.parameters);
-  TileTable table{ids_of(bins), grid, options.tile_cells, reach, options.max_nodes, 1};
+  TileTable table{ids_of(bins), grid, *options.tile_cells, reach, options.max_nodes, 1};
   NodeFields modelled, linked, completed;
   ComponentCounts components;
   std::uint64_t node_bytes = 0;

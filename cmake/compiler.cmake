@@ -12,7 +12,7 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 
 add_library(btms_flags INTERFACE)
 target_compile_options(btms_flags INTERFACE
-  -march=x86-64-v2              # SSE4.2 everywhere; AVX2 only through target_clones, never FMA
+  -march=x86-64-v2              # SSE4.2 everywhere; no FMA, whose single rounding changes bits
   -ffp-contract=off             # a*b+c is two roundings, on every CPU
   -fno-trapping-math -fno-math-errno
   -Wall -Wextra -Wconversion -Wshadow -Wno-sign-conversion

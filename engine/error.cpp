@@ -10,10 +10,8 @@ struct Row {
 };
 
 constexpr Row kTable[] = {
-    {ErrorCode::kFailed, "failed", 1},
-    {ErrorCode::kUsage, "usage", 2},
-    {ErrorCode::kBadInput, "bad_input", 3},
-    {ErrorCode::kVerification, "verification", 4},
+    {ErrorCode::kFailed, "failed", 1},         {ErrorCode::kUsage, "usage", 2},
+    {ErrorCode::kBadInput, "bad_input", 3},    {ErrorCode::kVerification, "verification", 4},
     {ErrorCode::kCancelled, "cancelled", 130},
 };
 

@@ -26,7 +26,7 @@ struct BuildCommand {
   ParameterOptions parameters;
   std::vector<std::string> inputs;
   std::string output, crs, picture;
-  std::string tile_cells = "128", executor = "tbb", neighbours = "nanoflann";
+  std::string tile_cells = "auto", executor = "tbb", neighbours = "nanoflann";
   std::uint64_t max_nodes = BuildOptions{}.max_nodes;
 };
 
@@ -52,11 +52,12 @@ Executor parse_executor(const std::string& text) {
               fmt::format("--executor: found `{}`, expected serial, tbb or ranks:N with N from 1 to 64", text));
 }
 
-std::int32_t parse_tile_cells(const std::string& text) {
+std::optional<std::int32_t> parse_tile_cells(const std::string& text) {
+  if (text == "auto") return std::nullopt;
   if (text == "whole") return 0;
   if (const auto n = whole_number(text, 1, 1 << 15)) return *n;
   throw Error(ErrorCode::kUsage,
-              fmt::format("--tile-cells: found `{}`, expected a number from 1 to 32768, or whole", text));
+              fmt::format("--tile-cells: found `{}`, expected a number from 1 to 32768, whole or auto", text));
 }
 
 // What every rank runs: opens the inputs itself, builds its share, writes its shards; rank 0 publishes.
@@ -178,7 +179,8 @@ Command add_build(CLI::App& btms) {
   app->add_option("--picture", command->picture, "Also write a shaded relief of the map")
       ->type_name("FILE.png")
       ->default_str("");
-  app->add_option("--tile-cells", command->tile_cells, "Edge of a tile in cells, or whole for one tile")
+  app->add_option("--tile-cells", command->tile_cells,
+                  "Edge of a tile in cells of the coarsest level, whole for one tile; auto is 128 of the finest level")
       ->type_name("N");
   app->add_option("--executor", command->executor, "serial, tbb (threads), or ranks:N (processes that share nothing)")
       ->type_name("KIND")

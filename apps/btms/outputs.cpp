@@ -7,7 +7,6 @@
 
 #include "engine/error.h"
 #include "io/store/map_folder.h"
-#include "io/store/map_nc.h"
 
 namespace btms {
 namespace {

@@ -1,6 +1,8 @@
 // Draws the engine's progress on stderr: phase, share done, rate, time left, memory.
 #pragma once
 
+#include <atomic>
+
 #include <chrono>
 #include <mutex>
 #include <string>

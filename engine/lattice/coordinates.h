@@ -10,7 +10,7 @@ namespace btms {
 
 // |x|, |y| <= 68 719 km: every projected coordinate on Earth, and cells of 0.1 m still fit 30 bits.
 inline constexpr std::int64_t kMaxHorizontal_mm = std::int64_t{1} << 36;
-// |z| <= 134 km: keeps products of a 24-bit kernel value and a height below 2^53 with room for 2000 terms.
+// |z| <= 134 km: 2000 products of a 24-bit kernel value and a height sum below 2^62.
 inline constexpr std::int32_t kMaxVertical_mm = std::int32_t{1} << 27;
 
 // Quotient rounded towards minus infinity; b > 0. Truncation would fold the quadrants around zero onto each other.

@@ -13,11 +13,10 @@ class Divider {
 
   // Precondition: 1 <= divisor < 2^28.
   explicit constexpr Divider(std::uint32_t divisor)
-      : shift_(28 + std::bit_width(divisor)),
-        factor_((std::uint64_t{1} << shift_) / divisor + 1) {}
+      : shift_(28 + std::bit_width(divisor)), factor_((std::uint64_t{1} << shift_) / divisor + 1) {}
 
-  // floor(offset / divisor). Precondition: offset <= kMaxOffset. The factor exceeds 2^shift / divisor by less than 1, so
-  // the quotient is too large by less than offset / 2^shift < 1 / divisor: never enough to reach the next integer.
+  // floor(offset / divisor). Precondition: offset <= kMaxOffset. The factor exceeds 2^shift / divisor by less than 1,
+  // so the quotient is too large by less than offset / 2^shift < 1 / divisor: never enough to reach the next integer.
   constexpr std::uint32_t operator()(std::uint32_t offset) const {
     return static_cast<std::uint32_t>((std::uint64_t{offset} * factor_) >> shift_);
   }

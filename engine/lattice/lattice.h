@@ -1,6 +1,6 @@
-// The tri-grid (paper II-A, Eq 1; TGF): squares of edge r, each cut by its two diagonals into four triangles. A triangle
-// is a node. The squares are anchored at absolute multiples of r in the map frame, never at the data's minimum, so a
-// node has the same key whatever else is in the map.
+// The tri-grid (paper II-A, Eq 1; TGF): squares of edge r, each cut by its two diagonals into four triangles. A
+// triangle is a node. The squares are anchored at absolute multiples of r in the map frame, never at the data's
+// minimum, so a node has the same key whatever else is in the map.
 //
 //        y
 //        ^   D-----C        corners A, B, C, D are shared lattice corners,
@@ -71,10 +71,14 @@ struct HalfCell {
 constexpr std::array<HalfCell, 3> triangle_corners(std::uint8_t triangle) {
   constexpr HalfCell A{0, 0}, B{2, 0}, C{2, 2}, D{0, 2}, M{1, 1};
   switch (triangle) {
-    case kEast: return {M, B, C};
-    case kNorth: return {M, C, D};
-    case kWest: return {M, D, A};
-    default: return {M, A, B};
+    case kEast:
+      return {M, B, C};
+    case kNorth:
+      return {M, C, D};
+    case kWest:
+      return {M, D, A};
+    default:
+      return {M, A, B};
   }
 }
 

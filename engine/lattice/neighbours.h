@@ -16,9 +16,9 @@ struct NodeOffset {
   friend constexpr bool operator==(const NodeOffset&, const NodeOffset&) = default;
 };
 
-inline constexpr int kNeighbours = 14;       // triangles sharing at least one corner with a triangle
-inline constexpr int kIncidentLattice = 8;   // triangles around a lattice corner
-inline constexpr int kIncidentCentre = 4;    // triangles around a centre corner
+inline constexpr int kNeighbours = 14;      // triangles sharing at least one corner with a triangle
+inline constexpr int kIncidentLattice = 8;  // triangles around a lattice corner
+inline constexpr int kIncidentCentre = 4;   // triangles around a centre corner
 
 namespace detail {
 

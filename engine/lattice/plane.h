@@ -23,10 +23,14 @@ struct FinalPlane {
     const std::int64_t out = p + q - 2 * m;  // over r, away from the centre
     const std::int64_t along = q - p;        // over r, counter-clockwise
     switch (triangle) {
-      case kEast: return {m, out, along};
-      case kNorth: return {m, -along, out};
-      case kWest: return {m, -out, -along};
-      default: return {m, along, -out};
+      case kEast:
+        return {m, out, along};
+      case kNorth:
+        return {m, -along, out};
+      case kWest:
+        return {m, -out, -along};
+      default:
+        return {m, along, -out};
     }
   }
   // tan^2 of the slope, times r^2.

@@ -62,7 +62,8 @@ struct TileGrid {
             static_cast<std::int32_t>(floor_div(std::int64_t{c.row} - origin.row, edge_cells))};
   }
   constexpr CellBox box_of(TileId t) const {
-    const std::int64_t c = std::int64_t{t.tx} * edge_cells + origin.col, r = std::int64_t{t.ty} * edge_cells + origin.row;
+    const std::int64_t c = std::int64_t{t.tx} * edge_cells + origin.col,
+                       r = std::int64_t{t.ty} * edge_cells + origin.row;
     return {static_cast<std::int32_t>(c), static_cast<std::int32_t>(r), static_cast<std::int32_t>(c + edge_cells),
             static_cast<std::int32_t>(r + edge_cells)};
   }

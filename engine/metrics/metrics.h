@@ -27,10 +27,11 @@ struct Confusion {
 
 // How true classes count (paper III-C, "Evaluation Metrics").
 struct TruthRules {
-  std::vector<std::uint32_t> terrain;    // classes that are terrain
-  std::vector<std::uint32_t> ignored;    // classes left out altogether
-  std::vector<std::uint32_t> ambiguous;  // vegetation, bush: terrain only below -0.25 h_s ("with"), or left out ("without")
-  double sensor_height_m = 0;            // h_s; 0 = the ambiguous classes are left out in both
+  std::vector<std::uint32_t> terrain;  // classes that are terrain
+  std::vector<std::uint32_t> ignored;  // classes left out altogether
+  std::vector<std::uint32_t>
+      ambiguous;               // vegetation, bush: terrain only below -0.25 h_s ("with"), or left out ("without")
+  double sensor_height_m = 0;  // h_s; 0 = the ambiguous classes are left out in both
 };
 
 // SemanticKITTI: terrain 40 44 48 49 60 72, ambiguous 70, ignored 0 1, h_s = 1.73 m.

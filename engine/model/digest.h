@@ -24,8 +24,8 @@ struct Digest {
   std::string hex() const;
 };
 
-// Digest of one tile. Nodes that hold nothing do not count, so cropping a tile to its content changes nothing; every known
-// corner height of a finished tile belongs to a node that does.
+// Digest of one tile. Nodes that hold nothing do not count, so cropping a tile to its content changes nothing; every
+// known corner height of a finished tile belongs to a node that does.
 Digest digest(const TerrainTile& tile);
 
 }  // namespace btms

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
-#include <optional>
 
 #include "engine/model/tile_store.h"
 
@@ -11,12 +9,12 @@ namespace btms {
 
 struct SurfacePoint {
   NodeState state = NodeState::kUnknown;
-  double z_m = 0;                      // height of the surface; meaningless where state is kUnknown
-  double normal[3] = {0, 0, 1};        // unit, z > 0
-  double sd_m = 0;                     // standard deviation of z
-  double weight = 0;                   // traversability weight in [0, 1]
-  double support = 0;                  // kernel support of a prediction
-  std::uint32_t count = 0;             // points in the node
+  double z_m = 0;                // height of the surface; meaningless where state is kUnknown
+  double normal[3] = {0, 0, 1};  // unit, z > 0
+  double sd_m = 0;               // standard deviation of z
+  double weight = 0;             // traversability weight in [0, 1]
+  double support = 0;            // kernel support of a prediction
+  std::uint32_t count = 0;       // points in the node
 };
 
 // The surface at x, y (metres in the map frame, rounded to a millimetre): the plane of the node that holds the place.

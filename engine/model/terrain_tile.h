@@ -26,10 +26,10 @@ enum class NodeState : std::uint8_t {
 // One stored node, 8 bytes.
 struct NodeSurface {
   NodeState state = NodeState::kUnknown;
-  std::uint8_t weight = 0;     // traversability weight (Eq 3 or 11) in 1/255
-  std::uint16_t count = 0;     // points in the node, 65535 = that many or more
-  std::uint16_t support = 0;   // sum of kernel values behind a prediction in 1/256, saturating; 0 where observed
-  std::uint16_t sd_mm = 0;     // standard deviation of the height, saturating
+  std::uint8_t weight = 0;    // traversability weight (Eq 3 or 11) in 1/255
+  std::uint16_t count = 0;    // points in the node, 65535 = that many or more
+  std::uint16_t support = 0;  // sum of kernel values behind a prediction in 1/256, saturating; 0 where observed
+  std::uint16_t sd_mm = 0;    // standard deviation of the height, saturating
   friend bool operator==(const NodeSurface&, const NodeSurface&) = default;
 };
 
@@ -44,7 +44,8 @@ struct TerrainTile {
   TerrainTile() = default;
   // Everything unknown.
   TerrainTile(std::int32_t r_mm, const CellBox& b)
-      : resolution_mm(r_mm), box(b),
+      : resolution_mm(r_mm),
+        box(b),
         corner_mm(static_cast<std::size_t>((b.rows() + 1) * (b.cols() + 1)), kUnknownHeight_mm),
         centre_mm(static_cast<std::size_t>(b.cells()), kUnknownHeight_mm),
         nodes(static_cast<std::size_t>(b.cells() * kTriangles)) {}
@@ -60,9 +61,7 @@ struct TerrainTile {
   // Heights of a node's corners in the order of triangle_corners(): centre, then counter-clockwise.
   std::array<std::int32_t, 3> corners_mm(NodeId n) const {
     const auto rel = triangle_corners(n.triangle);
-    const auto at = [&](HalfCell h) {
-      return corner_mm[corner_index({n.cell.col + h.x / 2, n.cell.row + h.y / 2})];
-    };
+    const auto at = [&](HalfCell h) { return corner_mm[corner_index({n.cell.col + h.x / 2, n.cell.row + h.y / 2})]; };
     return {centre_mm[cell_index(n.cell)], at(rel[1]), at(rel[2])};
   }
 };

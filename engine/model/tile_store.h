@@ -2,7 +2,7 @@
 #pragma once
 
 #include <memory>
-#include <optional>
+#include <vector>
 
 #include "engine/lattice/tiles.h"
 #include "engine/model/digest.h"

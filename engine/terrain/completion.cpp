@@ -11,13 +11,13 @@
 namespace btms {
 namespace {
 
-constexpr double kDirectionUnit = 1 << 24;               // unit vectors in Eq 10's sum
-constexpr double kGradientUnit = 1 << 12;                // slopes in the ridge
-constexpr std::int64_t kMaxSpread_mm = 1 << 14;          // residuals beyond 16 m count as 16 m
-constexpr int kReliefBits = 18;                          // heights within a kernel differ by less than 262 m
+constexpr double kDirectionUnit = 1 << 24;       // unit vectors in Eq 10's sum
+constexpr double kGradientUnit = 1 << 12;        // slopes in the ridge
+constexpr std::int64_t kMaxSpread_mm = 1 << 14;  // residuals beyond 16 m count as 16 m
+constexpr int kReliefBits = 18;                  // heights within a kernel differ by less than 262 m
 constexpr std::int64_t kMaxRelief_mm = 1 << kReliefBits;
-constexpr int kMostMomentBits = 22;                      // with squared spreads and their number: 61 bits
-constexpr int kNeighbourBits = 11;                       // fewer nodes than that within 10 r
+constexpr int kMostMomentBits = 22;  // with squared spreads and their number: 61 bits
+constexpr int kNeighbourBits = 11;   // fewer nodes than that within 10 r
 
 // A kernel value in 2^-bits, rounded.
 std::int64_t coarse(std::int64_t k, int bits) {
@@ -44,10 +44,8 @@ Prediction faithful(const Terms& terms, const Neighbourhood& near, std::int64_t 
       const double length = std::sqrt(flat * flat + dz * dz);
       s = {-dx * dz / flat / length, -dy * dz / flat / length, flat / length};
     } else {
-      Node own;  // d_xy = 0 leaves Eq 9 undefined: the neighbour's own normal stands in
-      own.normal_x = near.normal_x[i];
-      own.normal_y = near.normal_y[i];
-      s = normal_of(own);
+      // d_xy = 0 leaves Eq 9 undefined: the neighbour's own normal stands in.
+      s = Eigen::Vector3d(near.normal_x[i], near.normal_y[i], near.normal_z[i]) / kNormalUnit;
     }
     sx += k * static_cast<std::int64_t>(round_half_up(s.x() * kDirectionUnit));
     sy += k * static_cast<std::int64_t>(round_half_up(s.y() * kDirectionUnit));
@@ -71,10 +69,6 @@ Prediction plane(const Terms& terms, const Neighbourhood& near, std::int64_t x, 
     const std::int64_t k = coarse(k24, rules.moment_bits);
     const std::int64_t dx = near.x_mm[i] - x, dy = near.y_mm[i] - y;
     const std::int64_t dz = std::clamp<std::int64_t>(near.z_mm[i] - z, -kMaxRelief_mm, kMaxRelief_mm);
-    Node own;
-    own.normal_x = near.normal_x[i];
-    own.normal_y = near.normal_y[i];
-    const Eigen::Vector2d g = gradient_of(own);
     n += k;
     sx += k * dx;
     sy += k * dy;
@@ -84,16 +78,18 @@ Prediction plane(const Terms& terms, const Neighbourhood& near, std::int64_t x, 
     syy += k * dy * dy;
     sxz += k * dx * dz;
     syz += k * dy * dz;
-    sgx += k * static_cast<std::int64_t>(round_half_up(g.x() * kGradientUnit));
-    sgy += k * static_cast<std::int64_t>(round_half_up(g.y() * kGradientUnit));
+    sgx += k * near.slope_x[i];
+    sgy += k * near.slope_y[i];
   }
   if (n == 0) return {};
   const double w = static_cast<double>(n);
   const double mx = static_cast<double>(sx) / w, my = static_cast<double>(sy) / w, mz = static_cast<double>(sz) / w;
   const double cxx = static_cast<double>(sxx) / w - mx * mx + ridge_mm2, cxy = static_cast<double>(sxy) / w - mx * my;
   const double cyy = static_cast<double>(syy) / w - my * my + ridge_mm2;
-  const double cxz = static_cast<double>(sxz) / w - mx * mz + ridge_mm2 * (static_cast<double>(sgx) / kGradientUnit / w);
-  const double cyz = static_cast<double>(syz) / w - my * mz + ridge_mm2 * (static_cast<double>(sgy) / kGradientUnit / w);
+  const double cxz =
+      static_cast<double>(sxz) / w - mx * mz + ridge_mm2 * (static_cast<double>(sgx) / kGradientUnit / w);
+  const double cyz =
+      static_cast<double>(syz) / w - my * mz + ridge_mm2 * (static_cast<double>(sgy) / kGradientUnit / w);
   const double det = cxx * cyy - cxy * cxy;  // > 0: the ridge is positive and the scatter is not negative
   const double gx = (cxz * cyy - cyz * cxy) / det, gy = (cyz * cxx - cxz * cxy) / det;
   const double length = std::sqrt(1 + gx * gx + gy * gy);
@@ -107,7 +103,8 @@ double spread_mm(const Terms& terms, const Neighbourhood& near, std::int64_t x, 
   const double gx = -p.normal.x() / p.normal.z(), gy = -p.normal.y() / p.normal.z();
   std::int64_t n = 0, sum = 0;
   for (const auto& [k24, i] : terms) {
-    const double expected = p.z_mm + gx * static_cast<double>(near.x_mm[i] - x) + gy * static_cast<double>(near.y_mm[i] - y);
+    const double expected =
+        p.z_mm + gx * static_cast<double>(near.x_mm[i] - x) + gy * static_cast<double>(near.y_mm[i] - y);
     const double residual = std::clamp(round_half_up(near.z_mm[i] - expected), -static_cast<double>(kMaxSpread_mm),
                                        static_cast<double>(kMaxSpread_mm));
     const std::int64_t e = static_cast<std::int64_t>(residual), k = coarse(k24, rules.moment_bits);
@@ -145,6 +142,9 @@ void Neighbourhood::clear() {
   z_mm.clear();
   normal_x.clear();
   normal_y.clear();
+  normal_z.clear();
+  slope_x.clear();
+  slope_y.clear();
   weight.clear();
 }
 
@@ -152,8 +152,13 @@ void Neighbourhood::add(const Node& node, std::int32_t x, std::int32_t y) {
   x_mm.push_back(x);
   y_mm.push_back(y);
   z_mm.push_back(node.mean_z_mm);
+  // Every neighbour serves many predictions: what its plane says is worked out once.
+  const Eigen::Vector2d g = gradient_of(node);
   normal_x.push_back(node.normal_x);
   normal_y.push_back(node.normal_y);
+  normal_z.push_back(static_cast<std::int32_t>(round_half_up(normal_of(node).z() * kNormalUnit)));
+  slope_x.push_back(static_cast<std::int32_t>(round_half_up(g.x() * kGradientUnit)));
+  slope_y.push_back(static_cast<std::int32_t>(round_half_up(g.y() * kGradientUnit)));
   weight.push_back(node.weight);
 }
 
@@ -178,12 +183,9 @@ void predict(Node& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t 
     support += k;
     sum_z += k * near.z_mm[i];
     const std::int64_t kw = (k * near.weight[i]) >> 16;
-    Node own;
-    own.normal_x = near.normal_x[i];
-    own.normal_y = near.normal_y[i];
-    sum_wx += kw * own.normal_x;
-    sum_wy += kw * own.normal_y;
-    sum_wz += kw * static_cast<std::int64_t>(round_half_up(normal_of(own).z() * kNormalUnit));
+    sum_wx += kw * near.normal_x[i];
+    sum_wy += kw * near.normal_y[i];
+    sum_wz += kw * near.normal_z[i];
   }
   if (support == 0) return;
   node.support = saturate_u16(static_cast<double>(support >> (kKernelBits - 8)));
@@ -207,8 +209,9 @@ void predict(Node& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t 
 
   // n^o becomes n^t. What stood here before decides whether it is free.
   const double own_x = centre_x_mm + node.mean_x_mm, own_y = centre_y_mm + node.mean_y_mm;
-  const double surface = p.z_mm - (p.normal.x() * (own_x - static_cast<double>(x)) +
-                                   p.normal.y() * (own_y - static_cast<double>(y))) / p.normal.z();
+  const double surface =
+      p.z_mm - (p.normal.x() * (own_x - static_cast<double>(x)) + p.normal.y() * (own_y - static_cast<double>(y))) /
+                   p.normal.z();
   candidate.occupied = node.count > 0 && node.mean_z_mm - surface > rules.standing_mm;
   candidate.node_class = NodeClass::kPredicted;
   candidate.weight = weight;

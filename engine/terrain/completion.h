@@ -1,5 +1,5 @@
-// BGK-based terrain model completion (paper II-B, Eq 7-11): predicts the model of a node from the observed terrain nodes
-// around it. Predictions never feed predictions.
+// BGK-based terrain model completion (paper II-B, Eq 7-11): predicts the model of a node from the observed terrain
+// nodes around it. Predictions never feed predictions.
 //
 // Every sum below runs over integers that fit 63 bits (kernel values in 2^-24 or coarser, heights and offsets in
 // millimetres, normals and weights as stored), so the result does not depend on the order of the neighbours.
@@ -34,7 +34,8 @@ struct CompletionRules {
 // Observed terrain nodes near a place, structure of arrays. Positions are relative to a frame of the caller's (a tile).
 struct Neighbourhood {
   std::vector<std::int32_t> x_mm, y_mm, z_mm;
-  std::vector<std::int16_t> normal_x, normal_y;
+  std::vector<std::int32_t> normal_x, normal_y, normal_z;  // 2^-15
+  std::vector<std::int32_t> slope_x, slope_y;              // 2^-12
   std::vector<std::uint16_t> weight;
 
   void clear();
@@ -45,14 +46,14 @@ struct Neighbourhood {
 // Reusable memory of predict().
 struct CompletionScratch {
   struct Term {
-    std::int64_t k;      // 2^-24
+    std::int64_t k;  // 2^-24
     std::uint32_t index;
   };
   std::vector<Term> terms;
 };
 
-// Predicts the node of triangle `t` whose square is centred at (centre_x, centre_y) in the frame of `near`, which may hold
-// more nodes than lie within the kernel. Where the prediction holds, the node becomes kPredicted with mean at its
+// Predicts the node of triangle `t` whose square is centred at (centre_x, centre_y) in the frame of `near`, which may
+// hold more nodes than lie within the kernel. Where the prediction holds, the node becomes kPredicted with mean at its
 // centroid; otherwise it keeps its class. Support and spread are stored either way.
 void predict(Node& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t centre_y_mm, const Neighbourhood& near,
              const CompletionRules& rules, CompletionScratch& scratch);

@@ -1,5 +1,5 @@
-// Connected components by union-find (paper II-A, B-TGS). lcc is symmetric, so "reachable" does not need a visiting order:
-// the nodes a breadth-first search would find are the members of a component, and its id is its smallest member.
+// Connected components by union-find (paper II-A, B-TGS). lcc is symmetric, so "reachable" does not need a visiting
+// order: the nodes a breadth-first search would find are the members of a component, and its id is its smallest member.
 #pragma once
 
 #include <cstddef>

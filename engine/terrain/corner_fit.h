@@ -1,6 +1,6 @@
-// Traversability-aware global terrain model fitting (paper II-C): heights of the tri-grid's corners from the planes around
-// them (the weighted corner fitting of the paper's predecessor), and each node's final plane from its three corners
-// (Eq 12-13).
+// Traversability-aware global terrain model fitting (paper II-C): heights of the tri-grid's corners from the planes
+// around them (the weighted corner fitting of the paper's predecessor), and each node's final plane from its three
+// corners (Eq 12-13).
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,8 @@ class CornerMean {
   std::int32_t height_mm() const {
     if (count_ == 0) return kUnknownHeight_mm;
     const double z = weight_ > 0 ? weighted_ / weight_ : plain_ / count_;
-    return static_cast<std::int32_t>(std::clamp(round_half_up(z), -static_cast<double>(kMaxVertical_mm),
-                                                static_cast<double>(kMaxVertical_mm)));
+    return static_cast<std::int32_t>(
+        std::clamp(round_half_up(z), -static_cast<double>(kMaxVertical_mm), static_cast<double>(kMaxVertical_mm)));
   }
 
  private:

@@ -2,8 +2,8 @@
 //
 //   k = (2 + cos 2 pi t)(1 - t)/3 + sin(2 pi t)/(2 pi),  t = d/l < 1
 //
-// The printed form cancels near t = 1 and turns negative there; k has a fifth-order zero at 1, so k = (1 - t)^5 P(t) with
-// a polynomial P of degree 10 (least squares, error 3.1e-10, far below the 2^-25 of the rounding).
+// The printed form cancels near t = 1 and turns negative there; k has a fifth-order zero at 1, so k = (1 - t)^5 P(t)
+// with a polynomial P of degree 10 (least squares, error 3.1e-10, far below the 2^-25 of the rounding).
 #pragma once
 
 #include <cmath>
@@ -17,8 +17,8 @@ inline constexpr double kKernelUnit = 1 << kKernelBits;
 // Precondition: 0 <= t.  Zero from t = 1 on.
 inline double kernel_real(double t) {
   if (!(t < 1)) return 0;
-  constexpr double kP[] = {0.9999999998379971, 5.000000062559527,  8.420260035579595,   2.1013961828528314,
-                           -7.050302527748029, -4.714134429592761, 2.336901678458754,   2.50501546716526,
+  constexpr double kP[] = {0.9999999998379971,   5.000000062559527,   8.420260035579595, 2.1013961828528314,
+                           -7.050302527748029,   -4.714134429592761,  2.336901678458754, 2.50501546716526,
                            -0.17377637307124427, -1.1289807251230233, 0.3622101911760698};
   double p = kP[10];
   for (int i = 9; i >= 0; --i) p = p * t + kP[i];

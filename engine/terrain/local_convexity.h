@@ -1,7 +1,7 @@
 // Local convexity and concavity lcc(e_ij) between two terrain candidates (paper Eq 6).
 //
-// eps1 bounds the difference of the normals and eps2 the distance from the planes, as the paper's text says; its formula
-// has them the other way round, which lets only one edge in seven pass (docs/paper_map.md).
+// eps1 bounds the difference of the normals and eps2 the distance from the planes, as the paper's text says; its
+// formula has them the other way round, which lets only one edge in seven pass (docs/paper_map.md).
 #pragma once
 
 #include <algorithm>

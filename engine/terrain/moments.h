@@ -1,7 +1,7 @@
 // Exact moments of a node's points: integers, so any order, any lane count and any tiling give the same sums.
 //
-// x, y from the square's centre (|x|, |y| <= 2^15 mm), z from a datum of the node, clamped to +-2^18 mm: every sum stays
-// below 2^63 up to 2^27 points.
+// x, y from the square's centre (|x|, |y| <= 2^15 mm), z from a datum of the node, clamped to +-2^18 mm: every sum
+// stays below 2^63 for up to kMaxNodePoints points; more in one node are refused before they are summed.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 namespace btms {
 
 inline constexpr std::int32_t kMaxNodeRelief_mm = 1 << 18;
+inline constexpr std::uint32_t kMaxNodePoints = (1u << 27) - 1;
 
 struct Moments {
   std::int64_t n = 0, x = 0, y = 0, z = 0, xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;

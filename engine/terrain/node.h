@@ -1,8 +1,8 @@
-// The working record of a node n_i (paper Eq 4): mean, normal, weight, class. 24 bytes of integers: what a pass hands to
-// the next, and to a neighbouring tile, has no fraction left that two computers could disagree about.
+// The working record of a node n_i (paper Eq 4): mean, normal, weight, class. 24 bytes of integers: what a pass hands
+// to the next, and to a neighbouring tile, has no fraction left that two computers could disagree about.
 //
-// Frame: mean_x, mean_y from the square's centre, mean_z absolute, millimetres. Normal in 2^-15, z component implied and
-// never negative. Weight in 2^-16.
+// Frame: mean_x, mean_y from the square's centre, mean_z absolute, millimetres. Normal in 2^-15, z component implied
+// and never negative. Weight in 2^-16.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,17 +23,17 @@ enum class NodeClass : std::uint8_t {
 };
 
 struct Node {
-  std::int32_t mean_z_mm = 0;    // without a plane: height of the node's lowest points
+  std::int32_t mean_z_mm = 0;  // without a plane: height of the node's lowest points
   std::int16_t mean_x_mm = 0;
   std::int16_t mean_y_mm = 0;
-  std::int16_t normal_x = 0;     // 2^-15
-  std::int16_t normal_y = 0;     // 2^-15
-  std::uint16_t weight = 0;      // 2^-16
+  std::int16_t normal_x = 0;  // 2^-15
+  std::int16_t normal_y = 0;  // 2^-15
+  std::uint16_t weight = 0;   // 2^-16
   NodeClass node_class = NodeClass::kEmpty;
-  std::uint8_t occupied = 0;     // 1: points stand above the predicted terrain
-  std::uint32_t count = 0;       // points
-  std::uint16_t support = 0;     // sum of kernel values in 2^-8, saturating; 0 where observed
-  std::uint16_t sd_mm = 0;       // spread of the heights behind mean_z, saturating
+  std::uint8_t occupied = 0;  // 1: points stand above the predicted terrain
+  std::uint32_t count = 0;    // points
+  std::uint16_t support = 0;  // sum of kernel values in 2^-8, saturating; 0 where observed
+  std::uint16_t sd_mm = 0;    // spread of the heights behind mean_z, saturating
   friend bool operator==(const Node&, const Node&) = default;
 
   // n^t: takes part in corner fitting.

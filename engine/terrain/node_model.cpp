@@ -11,8 +11,8 @@
 namespace btms {
 namespace {
 
-// Planes in fixed point for the selection of points: slopes and offset in 2^-12. Below a quarter millimetre over 2 m, and
-// the test of a point against it is exact.
+// Planes in fixed point for the selection of points: slopes and offset in 2^-12. Below a quarter millimetre over 2 m,
+// and the test of a point against it is exact.
 constexpr int kPlaneBits = 12;
 constexpr double kPlaneUnit = 1 << kPlaneBits;
 constexpr double kSteepestFit = 7.9;  // slopes beyond are clamped: they fail Eq 5 anyway
@@ -28,7 +28,8 @@ Moments select(const NodePoints& p, std::int32_t datum_mm, const FixedPlane& pla
   Moments m;
   for (std::size_t i = 0; i < p.size; ++i) {
     const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
-    const std::int64_t z = std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum_mm, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
+    const std::int64_t z =
+        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum_mm, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
     const std::int64_t keep = -static_cast<std::int64_t>((z << kPlaneBits) - (plane.a * x + plane.b * y) <= limit);
     const std::int64_t kx = x & keep, ky = y & keep, kz = z & keep;
     m.n -= keep;
@@ -98,8 +99,8 @@ Moments robust_selection(const NodePoints& p, std::int32_t seed_mm, const NodeMo
   return m;
 }
 
-constexpr double kSmallestPlane_mm2 = 1e-6;     // l1 below 1e-12 m^2: all points in one place
-constexpr double kCoordinateNoise_mm2 = 1.0;    // l2 within the rounding of the coordinates: points on a line
+constexpr double kSmallestPlane_mm2 = 1e-6;   // l1 below 1e-12 m^2: all points in one place
+constexpr double kCoordinateNoise_mm2 = 1.0;  // l2 within the rounding of the coordinates: points on a line
 
 }  // namespace
 
@@ -113,8 +114,7 @@ NodeModelRules::NodeModelRules(const Parameters& p)
       seed_height_mm(static_cast<std::int32_t>(round_half_up(p.seed_height_m * 1000))),
       refit_distance_mm(static_cast<std::int32_t>(round_half_up(p.refit_distance_m * 1000))),
       steepest_normal_xy2(btms::steepest_normal_xy2(p.slope_max_deg)),
-      min_points(static_cast<std::uint32_t>(p.min_points)),
-      half_resolution_mm(resolution_mm(p) / 2) {}
+      min_points(static_cast<std::uint32_t>(p.min_points)) {}
 
 Node model_node(const NodePoints& p, const NodeModelRules& rules) {
   Node node;

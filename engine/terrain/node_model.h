@@ -17,7 +17,6 @@ struct NodeModelRules {
   std::int32_t refit_distance_mm = 0;
   std::int32_t steepest_normal_xy2 = 0;  // sin^2(theta) in 2^-30: Eq 5 on the stored normal
   std::uint32_t min_points = 0;          // sigma
-  std::int32_t half_resolution_mm = 0;
 
   explicit NodeModelRules(const Parameters& p);
 };
@@ -34,7 +33,7 @@ struct NodePoints {
 };
 
 // The node of its points: kEmpty without points, kNoPlane or kCandidate with. The result depends on the set of points,
-// not on their order. Total; thread-safe.
+// not on their order. Thread-safe; total for up to kMaxNodePoints points.
 Node model_node(const NodePoints& points, const NodeModelRules& rules);
 
 }  // namespace btms

@@ -15,6 +15,10 @@ using P = Parameters;
 constexpr double kMinResolution_m = Lattice::kMinResolution_mm / 1000.0;
 
 const std::array kTable = {
+    ParameterInfo{"method", "", "", 0, 0, "fixed|coarse-to-fine", "",
+                  "the paper's one lattice (fixed), or levels that are each other's prior (coarse-to-fine)", &P::method},
+    ParameterInfo{"levels", "", "", 1, 6, "", "coarse to fine", "number of levels; resolution_m is the finest, each coarser one doubles it",
+                  &P::levels},
     ParameterInfo{"resolution_m", "r^T", "m", kMinResolution_m, 64.0, "", "Table I",
                   "edge of a tri-grid square, an even number of millimetres", &P::resolution_m},
     ParameterInfo{"node_model", "", "", 0, 0, "pca|robust", "Eq 2",
@@ -23,8 +27,8 @@ const std::array kTable = {
                   "seeds are the points up to this far above the node's lowest ones", &P::seed_height_m},
     ParameterInfo{"refit_distance_m", "", "m", 0.001, 10.0, "", "robust model",
                   "a refit takes the points up to this far above the plane", &P::refit_distance_m},
-    ParameterInfo{"slope_max_deg", "theta^T", "deg", 0.1, 89.0, "", "Eq 5, Table I",
-                  "steeper planes are not terrain", &P::slope_max_deg},
+    ParameterInfo{"slope_max_deg", "theta^T", "deg", 0.1, 89.0, "", "Eq 5, Table I", "steeper planes are not terrain",
+                  &P::slope_max_deg},
     ParameterInfo{"min_points", "sigma^T", "points", 1, 1000000, "", "Eq 5, Table I",
                   "nodes with fewer points are not terrain candidates", &P::min_points},
     ParameterInfo{"normal_similarity", "eps1", "rad/m", 0.0, 1.5, "", "Eq 6, Table I",
@@ -44,9 +48,57 @@ const std::array kTable = {
                   "points up to this far above the final plane are terrain", &P::terrain_distance_m},
     ParameterInfo{"below_m", "", "m", 0.0, 1000.0, "", "measured",
                   "points further below the surface than this are flagged as far below", &P::below_m},
+    ParameterInfo{"gate_m", "dn0", "m", 0, 100, "", "coarse to fine", "points further below the prior than this (plus gate_per_r) are noise", &P::gate_m},
+    ParameterInfo{"gate_per_r", "dn1", "", 0, 10, "", "coarse to fine", "the same per metre of the level's resolution", &P::gate_per_r},
+    ParameterInfo{"fit_scale_m", "f0", "m", 0.001, 10, "", "coarse to fine", "residual above the plane at which a point counts half", &P::fit_scale_m},
+    ParameterInfo{"fit_scale_slope", "f2", "", 0, 10, "", "coarse to fine", "the same per metre of resolution and unit of slope", &P::fit_scale_slope},
+    ParameterInfo{"fit_scale_last_m", "f_fin", "m", 0.001, 10, "", "coarse to fine", "cap of that scale in the last fit", &P::fit_scale_last_m},
+    ParameterInfo{"ridge", "lambda", "", 0, 100, "", "coarse to fine", "pull of the prior's slope on a node's plane", &P::ridge},
+    ParameterInfo{"slope_limit", "g_max", "", 0.01, 3.9, "", "coarse to fine", "slopes (tangent) are clamped to this", &P::slope_limit},
+    ParameterInfo{"min_weight", "sigma", "points", 0, 1000000, "", "coarse to fine", "sum of point weights a plane needs", &P::min_weight},
+    ParameterInfo{"inherit", "u_inh", "", 0, 1, "", "coarse to fine", "share of the prior's uncertainty a fit keeps", &P::inherit},
+    ParameterInfo{"first_scale_m", "", "m", 0.001, 10, "", "coarse to fine", "first level: fit scale", &P::first_scale_m},
+    ParameterInfo{"first_scale_per_r", "", "", 0, 10, "", "coarse to fine", "first level: fit scale per metre of resolution", &P::first_scale_per_r},
+    ParameterInfo{"first_ridge", "", "", 0.0001, 100, "", "coarse to fine", "first level: pull towards the horizontal", &P::first_ridge},
+    ParameterInfo{"first_min_weight", "", "points", 0, 1000000, "", "coarse to fine", "first level: sum of point weights a plane needs", &P::first_min_weight},
+    ParameterInfo{"first_quantile", "", "", 0, 1, "", "coarse to fine", "first level: height quantile the fit starts from", &P::first_quantile},
+    ParameterInfo{"first_gap_m", "", "m", 0, 100, "", "coarse to fine", "first level: points isolated below the rest by more than this are noise", &P::first_gap_m},
+    ParameterInfo{"first_gap_per_r", "", "", 0, 10, "", "coarse to fine", "the same per metre of resolution", &P::first_gap_per_r},
+    ParameterInfo{"near_m", "t0", "m", 0, 100, "", "coarse to fine", "planes further above the prior than this (plus the next four) are above it", &P::near_m},
+    ParameterInfo{"near_per_r", "t1", "", 0, 10, "", "coarse to fine", "the same per metre of resolution", &P::near_per_r},
+    ParameterInfo{"near_slope", "t2", "", 0, 10, "", "coarse to fine", "the same per metre of resolution and unit of slope", &P::near_slope},
+    ParameterInfo{"near_uncertainty", "t3", "", 0, 100, "", "coarse to fine", "the same per metre of the prior's uncertainty", &P::near_uncertainty},
+    ParameterInfo{"near_uncertainty_cap_per_r", "", "", 0, 10, "", "coarse to fine", "cap of that uncertainty per metre of resolution", &P::near_uncertainty_cap_per_r},
+    ParameterInfo{"link_m", "z0", "m", 0, 100, "", "coarse to fine", "planes of linked nodes differ by less than this halfway between them", &P::link_m},
+    ParameterInfo{"link_per_r", "z1", "", 0, 10, "", "coarse to fine", "the same per metre of resolution", &P::link_per_r},
+    ParameterInfo{"link_slope", "e_n", "", 0, 10, "", "coarse to fine", "slopes of linked nodes differ by less than this", &P::link_slope},
+    ParameterInfo{"link_flat_m", "z_flat", "m", 0, 100, "", "coarse to fine", "nodes whose heights differ by less than this are linked anyway", &P::link_flat_m},
+    ParameterInfo{"step_m", "h0", "m", 0, 100, "", "coarse to fine", "an edge of a rim is up when it rises by more than this", &P::step_m},
+    ParameterInfo{"step_per_r", "h1", "", 0, 10, "", "coarse to fine", "the same per metre of resolution", &P::step_per_r},
+    ParameterInfo{"small_nodes", "k_min", "nodes", 0, 1000000, "", "coarse to fine", "components with fewer nodes are small", &P::small_nodes},
+    ParameterInfo{"near_up", "f_near", "", 0, 1, "", "coarse to fine", "components near the prior with a larger share of rim edges up are rejected", &P::near_up},
+    ParameterInfo{"above_up", "f_above", "", 0, 1, "", "coarse to fine", "the same for components above the prior", &P::above_up},
+    ParameterInfo{"near_residual", "", "", -10, 10, "", "coarse to fine", "only if their mean height over the prior exceeds this share of the tolerance", &P::near_residual},
+    ParameterInfo{"low_residual", "", "", 0, 100, "", "coarse to fine", "small components this many tolerances below the prior are noise", &P::low_residual},
+    ParameterInfo{"agree", "a_min", "", 0, 1, "", "coarse to fine", "components above the prior need this share of agreeing rim edges", &P::agree},
+    ParameterInfo{"agree_small", "a_small", "", 0, 1, "", "coarse to fine", "small ones need this share", &P::agree_small},
+    ParameterInfo{"rejection_rounds", "", "", 1, 100, "", "coarse to fine", "rounds of rejection", &P::rejection_rounds},
+    ParameterInfo{"level_kernel_radius", "l", "r", 1, 8, "", "coarse to fine", "radius of the completion kernel", &P::level_kernel_radius},
+    ParameterInfo{"shrink", "kappa", "", 0, 100, "", "coarse to fine", "pull of the prior on completed heights", &P::shrink},
+    ParameterInfo{"tilt", "", "", 0, 1, "", "coarse to fine", "share of the neighbours' slopes that is extrapolated", &P::tilt},
+    ParameterInfo{"first_tilt", "", "", 0, 1, "", "coarse to fine", "the same on the first level", &P::first_tilt},
+    ParameterInfo{"completed_weight", "w_b", "", 0, 1, "", "coarse to fine", "weight of completed nodes at the corners", &P::completed_weight},
+    ParameterInfo{"least_weight", "", "", 0.0001, 1, "", "coarse to fine", "weight of nodes that only have their prior", &P::least_weight},
+    ParameterInfo{"corner_floor_per_r", "", "", 0.0001, 1, "", "coarse to fine", "least distance in corner weights per metre of resolution", &P::corner_floor_per_r},
+    ParameterInfo{"label_m", "e3", "m", 0, 10, "", "coarse to fine", "points up to this far above the surface are terrain", &P::label_m},
+    ParameterInfo{"label_slope", "e_s", "m", 0, 10, "", "coarse to fine", "plus this times the slope", &P::label_slope},
+    ParameterInfo{"label_uncertainty", "e_u", "", 0, 100, "", "coarse to fine", "plus this times the uncertainty", &P::label_uncertainty},
+    ParameterInfo{"label_slope_cap", "", "", 0, 100, "", "coarse to fine", "slopes above this count as this", &P::label_slope_cap},
+    ParameterInfo{"level_below_m", "", "m", 0, 1000, "", "coarse to fine", "points further below the surface are flagged as far below", &P::level_below_m},
 };
 
 constexpr std::array<std::string_view, 2> kNodeModels = {"pca", "robust"};
+constexpr std::array<std::string_view, 2> kMethods = {"fixed", "coarse-to-fine"};
 constexpr std::array<std::string_view, 2> kCompletionNormals = {"faithful", "plane"};
 
 const ParameterInfo& find(std::string_view name) {
@@ -88,6 +140,7 @@ std::string parameter_text(const Parameters& p, const ParameterInfo& info) {
     std::string operator()(double P::*f) const { return number_text(p.*f); }
     std::string operator()(int P::*f) const { return std::to_string(p.*f); }
     std::string operator()(NodeModel P::*f) const { return std::string(kNodeModels[static_cast<std::size_t>(p.*f)]); }
+    std::string operator()(Method P::*f) const { return std::string(kMethods[static_cast<std::size_t>(p.*f)]); }
     std::string operator()(CompletionNormals P::*f) const {
       return std::string(kCompletionNormals[static_cast<std::size_t>(p.*f)]);
     }
@@ -111,9 +164,8 @@ void set_parameter(Parameters& p, std::string_view name, std::string_view text) 
     void operator()(double P::*f) const { p.*f = parse(0.0); }
     void operator()(int P::*f) const { p.*f = parse(0); }
     void operator()(NodeModel P::*f) const { p.*f = choice<NodeModel>(info, kNodeModels, text); }
-    void operator()(CompletionNormals P::*f) const {
-      p.*f = choice<CompletionNormals>(info, kCompletionNormals, text);
-    }
+    void operator()(Method P::*f) const { p.*f = choice<Method>(info, kMethods, text); }
+    void operator()(CompletionNormals P::*f) const { p.*f = choice<CompletionNormals>(info, kCompletionNormals, text); }
   };
   std::visit(Visitor{p, info, text, number}, info.field);
 }
@@ -128,7 +180,14 @@ void check(const Parameters& p) {
   if (resolution_mm(p) % 2 != 0)
     throw Error(ErrorCode::kUsage, "resolution_m = " + number_text(p.resolution_m) +
                                        ": expected an even number of millimetres, so that square centres are whole");
+  const std::int64_t coarsest_mm = std::int64_t{resolution_mm(p)} << (level_count(p) - 1);
+  if (coarsest_mm > Lattice::kMaxResolution_mm)
+    throw Error(ErrorCode::kUsage, std::to_string(level_count(p)) + " levels from " + number_text(p.resolution_m) +
+                                       " m: the coarsest would be " + number_text(static_cast<double>(coarsest_mm) / 1000) +
+                                       " m, expected at most 65.5 m");
 }
+
+int level_count(const Parameters& p) { return p.method == Method::kCoarseToFine ? p.levels : 1; }
 
 std::vector<std::string> preset_names() { return {"city", "partial-map", "single-scan"}; }
 
@@ -140,8 +199,10 @@ Parameters preset(std::string_view name) {
     p.terrain_distance_m = 0.3;
     return p;
   }
-  if (name == "city") {  // one fixed resolution for airborne maps
-    p.resolution_m = 8.0;
+  if (name == "city") {  // airborne maps, coarse to fine; `--method fixed --resolution 8` is the paper on them
+    p.method = Method::kCoarseToFine;
+    p.levels = 5;
+    p.resolution_m = 2.0;
     p.seed_height_m = 0.25;
     p.refit_distance_m = 0.125;
     p.kernel_radius = 2.0;

@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "engine/terrain/level_parameters.h"
+
 namespace btms {
 
 enum class NodeModel : std::uint8_t {
@@ -20,39 +22,48 @@ enum class CompletionNormals : std::uint8_t {
   kPlane,     // weighted least squares over the same neighbours; exact on a plane
 };
 
-struct Parameters {
+enum class Method : std::uint8_t {
+  kFixed,         // the paper: one lattice, Eq 1-14
+  kCoarseToFine,  // levels of halving resolution, each the prior of the next (docs/accuracy.md)
+};
+
+struct Parameters : LevelParameters {
+  Method method = Method::kFixed;
+  int levels = 1;                               // coarse to fine: resolution_m is the finest level's
   // Lattice and node model (Eq 1-5)
-  double resolution_m = 4.0;                    // r^T
+  double resolution_m = 4.0;  // r^T
   NodeModel node_model = NodeModel::kRobust;
-  double seed_height_m = 0.15;                  // robust: seeds reach this far above the node's lowest points
-  double refit_distance_m = 0.08;               // robust: a refit takes points up to this far above the plane
-  double slope_max_deg = 20.0;                  // theta^T, Eq 5
-  int min_points = 10;                          // sigma^T, Eq 5
+  double seed_height_m = 0.15;     // robust: seeds reach this far above the node's lowest points
+  double refit_distance_m = 0.08;  // robust: a refit takes points up to this far above the plane
+  double slope_max_deg = 20.0;     // theta^T, Eq 5
+  int min_points = 10;             // sigma^T, Eq 5
   // Links and components (Eq 6)
-  double normal_similarity = 0.03;              // eps1: rad per metre of distance
-  double plane_distance = 0.1;                  // eps2: rad, elevation of the neighbour's mean above the plane
-  int keep_nodes = 10;                          // components with fewer nodes are not terrain
+  double normal_similarity = 0.03;  // eps1: rad per metre of distance
+  double plane_distance = 0.1;      // eps2: rad, elevation of the neighbour's mean above the plane
+  int keep_nodes = 10;              // components with fewer nodes are not terrain
   // Completion (Eq 7-11)
-  double kernel_radius = 3.0;                   // l in units of r
+  double kernel_radius = 3.0;  // l in units of r
   CompletionNormals completion_normals = CompletionNormals::kFaithful;
-  double min_support = 0.05;                    // a prediction needs more than this sum of kernel values
+  double min_support = 0.05;  // a prediction needs more than this sum of kernel values
   // Segmentation (Eq 14)
-  double terrain_distance_m = 0.125;            // eps3
-  double below_m = 2.0;                         // points further below the surface than this are flagged
+  double terrain_distance_m = 0.125;  // eps3
+  double below_m = 2.0;               // points further below the surface than this are flagged
 
   friend bool operator==(const Parameters&, const Parameters&) = default;
 };
 
 // One row of the table.
 struct ParameterInfo {
-  std::string_view name;     // the command line's --name-with-dashes, the YAML key with underscores
-  std::string_view symbol;   // the paper's symbol, or ""
+  std::string_view name;    // the command line's --name-with-dashes, the YAML key with underscores
+  std::string_view symbol;  // the paper's symbol, or ""
   std::string_view unit;
   double min, max;           // inclusive range for numbers
   std::string_view choices;  // "a|b" for enumerations, else ""
   std::string_view source;   // equation, table or measurement the default comes from
   std::string_view help;
-  std::variant<double Parameters::*, int Parameters::*, NodeModel Parameters::*, CompletionNormals Parameters::*> field;
+  std::variant<double Parameters::*, int Parameters::*, NodeModel Parameters::*, CompletionNormals Parameters::*,
+               Method Parameters::*>
+      field;
 };
 
 std::span<const ParameterInfo> parameter_table();
@@ -69,7 +80,9 @@ std::vector<std::string> preset_names();
 // Throws Error(kUsage) naming the presets there are.
 Parameters preset(std::string_view name);
 
-// r in integer millimetres. Precondition: check(p) passed.
+// r in integer millimetres (of the finest level). Precondition: check(p) passed.
 std::int32_t resolution_mm(const Parameters& p);
+// Levels the map is built in: 1 for the fixed method.
+int level_count(const Parameters& p);
 
 }  // namespace btms

@@ -24,12 +24,8 @@ constexpr double cosine_series(double x) {  // |x| <= pi/4
 }  // namespace detail
 
 // Precondition: 0 <= x <= pi/2.
-constexpr double sine(double x) {
-  return x <= kPi / 4 ? detail::sine_series(x) : detail::cosine_series(kPi / 2 - x);
-}
-constexpr double cosine(double x) {
-  return x <= kPi / 4 ? detail::cosine_series(x) : detail::sine_series(kPi / 2 - x);
-}
+constexpr double sine(double x) { return x <= kPi / 4 ? detail::sine_series(x) : detail::cosine_series(kPi / 2 - x); }
+constexpr double cosine(double x) { return x <= kPi / 4 ? detail::cosine_series(x) : detail::sine_series(kPi / 2 - x); }
 constexpr double radians(double deg) { return deg * (kPi / 180.0); }
 
 }  // namespace btms

@@ -1,9 +1,10 @@
 #include "engine/tiling/build.h"
 
+#include <algorithm>
 #include <chrono>
-#include <cstring>
 
 #include "engine/error.h"
+#include "engine/tiling/level_passes.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/point_bins.h"
 #include "engine/tiling/tile_table.h"
@@ -11,10 +12,12 @@
 namespace btms {
 namespace {
 
+constexpr std::int32_t kDefaultTileCells = 128;  // of the finest level
+
 class Stopwatch {
  public:
   // Seconds since the last call, filed under `phase`.
-  void lap(const char* phase, std::vector<PhaseTime>& phases) {
+  void lap(const std::string& phase, std::vector<PhaseTime>& phases) {
     const auto now = std::chrono::steady_clock::now();
     phases.push_back({phase, std::chrono::duration<double>(now - last_).count()});
     last_ = now;
@@ -24,34 +27,30 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-// Sums over all ranks of plain counters.
-template <class T>
-std::vector<T> sum_over_ranks(const std::vector<T>& mine, Ranks& ranks) {
-  Bytes bytes(mine.size() * sizeof(T));
-  std::memcpy(bytes.data(), mine.data(), bytes.size());
-  std::vector<T> sums(mine.size());
-  for (const Bytes& in : ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size()), bytes)))
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      T value;
-      std::memcpy(&value, in.data() + i * sizeof(T), sizeof(T));
-      sums[i] += value;
-    }
-  return sums;
-}
-
 // Every rank's occupied bins.
 std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
-  Bytes bytes(bins.bins().size() * sizeof(BinId));
-  for (std::size_t i = 0; i < bins.bins().size(); ++i)
-    std::memcpy(bytes.data() + i * sizeof(BinId), &bins.bins()[i].id, sizeof(BinId));
-  std::vector<BinId> all;
-  for (const Bytes& in : ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size()), bytes)))
-    for (std::size_t at = 0; at < in.size(); at += sizeof(BinId)) {
-      BinId id;
-      std::memcpy(&id, in.data() + at, sizeof id);
-      all.push_back(id);
-    }
-  return all;
+  std::vector<BinId> mine;
+  for (const PointBins::Bin& bin : bins.bins()) mine.push_back(bin.id);
+  return ranks.gather(mine);
+}
+
+// What all ranks have made.
+void add_up(const FitSummary& fit, Ranks& ranks, BuildSummary& summary) {
+  const auto sums =
+      ranks.sum<std::uint64_t>({fit.tiles, fit.nodes, fit.observed, fit.predicted, fit.obstacle, fit.unknown});
+  summary.tiles = sums[0];
+  summary.nodes = sums[1];
+  summary.observed = sums[2];
+  summary.predicted = sums[3];
+  summary.obstacle = sums[4];
+  summary.unknown = sums[5];
+  summary.digest = ranks.sum<Digest>({fit.digest})[0];
+}
+
+MapLayout finest_layout(const TileTable& coarsest, int levels) {
+  TileTable table = coarsest;
+  for (int i = 1; i < levels; ++i) table = table.finer();
+  return table.layout();
 }
 
 }  // namespace
@@ -62,11 +61,16 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   check(p);
   BuildSummary summary;
   Stopwatch watch;
-  const BinGrid grid{Lattice(resolution_mm(p))};
+  const int levels = level_count(p);
+  const bool coarse_to_fine = p.method == Method::kCoarseToFine;
+  const Lattice finest(resolution_mm(p)), coarsest(resolution_mm(p) << (levels - 1));
+  // Coarse to fine, a bin is one cell of the coarsest level: it lies in one tile, and is sorted anew on every level.
+  const BinGrid grid = coarse_to_fine ? BinGrid(finest, 1 << (levels - 1)) : BinGrid(finest);
+  const std::int32_t tile_cells = options.tile_cells.value_or(std::max(1, kDefaultTileCells >> (levels - 1)));
 
   PointBins bins = PointBins::read(sources, grid, threads, ranks, progress);
-  const auto counts = sum_over_ranks<std::uint64_t>(
-      {bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range}, ranks);
+  const auto counts =
+      ranks.sum<std::uint64_t>({bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range});
   summary.points = counts[0];
   summary.not_finite = counts[1];
   summary.out_of_range = counts[2];
@@ -78,11 +82,22 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
                 sources.empty() ? "" : sources[0]->name());
   watch.lap("partition", summary.phases);
 
-  const std::int32_t reach = complete_halo(p);
-  const TileTable table(occupied_bins(bins, ranks), grid, options.tile_cells, reach, options.max_nodes, ranks.size());
+  const std::int32_t reach = coarse_to_fine ? kDomainRings : complete_halo(p);
+  const TileTable table(occupied_bins(bins, ranks), coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells, reach,
+                        options.max_nodes, ranks.size(), levels - 1);
   bins.redistribute(ranks, [&](BinId bin) { return table.owner_of(bin); });
-  summary.layout = table.layout();
-  TileSink& tiles = sink(table.layout());
+  summary.layout = finest_layout(table, levels);
+  TileSink& tiles = sink(summary.layout);
+
+  if (coarse_to_fine) {
+    const LevelsSummary done =
+        build_levels(p, table, bins, grid, options.neighbours_by_lattice, threads, ranks, progress, tiles,
+                     [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
+    summary.components = done.components.all;
+    summary.components_kept = done.components.kept;
+    add_up(done.fit, ranks, summary);
+    return summary;
+  }
 
   const PassContext context{p, table, threads, ranks, progress};
   NodeFields nodes(table.tiles().size());
@@ -105,15 +120,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
 
   exchange_halo(table, nodes, kFitHalo, threads, ranks);
   const FitSummary fit = fit_pass(context, nodes, tiles);
-  const auto sums = sum_over_ranks<std::uint64_t>(
-      {fit.tiles, fit.nodes, fit.observed, fit.predicted, fit.obstacle, fit.unknown}, ranks);
-  summary.tiles = sums[0];
-  summary.nodes = sums[1];
-  summary.observed = sums[2];
-  summary.predicted = sums[3];
-  summary.obstacle = sums[4];
-  summary.unknown = sums[5];
-  summary.digest = sum_over_ranks<Digest>({fit.digest}, ranks)[0];
+  add_up(fit, ranks, summary);
   watch.lap("fit", summary.phases);
   return summary;
 }

@@ -1,7 +1,7 @@
 // The main job: points in, finished tiles out.
 //
-// Passes (docs/architecture.md): partition, model, link, merge, complete, fit, commit. Each sees one tile's interior and
-// copies of its halo; halos are exchanged between passes. The result has the same bits for any tile grid, executor,
+// Passes (docs/architecture.md): partition, model, link, merge, complete, fit, commit. Each sees one tile's interior
+// and copies of its halo; halos are exchanged between passes. The result has the same bits for any tile grid, executor,
 // thread count, rank count, and order or splitting of the inputs.
 #pragma once
 
@@ -23,9 +23,12 @@ namespace btms {
 
 struct BuildOptions {
   Parameters parameters;
-  std::int32_t tile_cells = 128;  // tile edge in cells; 0 = the whole map is one tile
+  // Tile edge in cells of the coarsest level, so that any edge nests; 0 = the whole map is one tile (see TileTable).
+  // Default: 128 cells of the finest level.
+  std::optional<std::int32_t> tile_cells;
   bool neighbours_by_lattice = false;  // scan the lattice instead of querying nanoflann; same bits, for tests
-  std::uint64_t max_nodes = std::uint64_t{1} << 28;  // refuse larger maps before allocating them (24 bytes a node)
+  std::uint64_t max_nodes = std::uint64_t{1}
+                            << 28;  // halos included; refuse larger maps before allocating (24 bytes a node)
 };
 
 struct PhaseTime {
@@ -40,7 +43,7 @@ struct BuildSummary {
   std::uint64_t not_finite = 0;    // dropped
   std::uint64_t out_of_range = 0;  // dropped
   std::uint64_t tiles = 0;
-  std::uint64_t nodes = 0;         // nodes with points, or with a surface
+  std::uint64_t nodes = 0;  // nodes with points, or with a surface
   std::uint64_t observed = 0, predicted = 0, obstacle = 0, unknown = 0;
   std::uint64_t components = 0, components_kept = 0;
   std::vector<PhaseTime> phases;
@@ -50,8 +53,8 @@ struct BuildSummary {
 using SinkFactory = std::function<TileSink&(const MapLayout&)>;
 
 // Builds the model of all sources together. Collective over `ranks`: every rank passes the same sources and options,
-// and gets the same summary. Throws Error(kBadInput) when no point is left, Error(kUsage) above max_nodes (naming the
-// point furthest out), Error(kCancelled) when progress says stop, and whatever a source or the sink throws.
+// and gets the same summary. Throws Error(kBadInput) when no point is left, Error(kUsage) above max_nodes (naming where
+// the points furthest out are), Error(kCancelled) when progress says stop, and whatever a source or the sink throws.
 BuildSummary build_map(std::span<const PointSource* const> sources, const BuildOptions& options, const Threads& threads,
                        Ranks& ranks, const SinkFactory& sink, Progress& progress);
 

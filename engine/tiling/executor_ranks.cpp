@@ -6,16 +6,40 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <exception>
+#include <sstream>
+#include <utility>
 
 #include "engine/error.h"
 #include "engine/tiling/executor.h"
 
 namespace btms {
 namespace {
+
+// Owns a file descriptor.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd = -1) : fd_(fd) {}
+  Descriptor(Descriptor&& o) noexcept : fd_(std::exchange(o.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&& o) noexcept {
+    reset();
+    fd_ = std::exchange(o.fd_, -1);
+    return *this;
+  }
+  ~Descriptor() { reset(); }
+  int get() const { return fd_; }
+  void reset() {
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = -1;
+  }
+
+ private:
+  int fd_;
+};
 
 // One message on its way to, and one on its way from, another rank.
 struct Transfer {
@@ -43,7 +67,8 @@ struct Transfer {
   }
   bool receive_some() {
     const bool header = received < kHeader;
-    auto* to = header ? reinterpret_cast<std::uint8_t*>(&receive_size) + received : receive_data->data() + (received - kHeader);
+    auto* to = header ? reinterpret_cast<std::uint8_t*>(&receive_size) + received
+                      : receive_data->data() + (received - kHeader);
     const std::uint64_t left = header ? kHeader - received : kHeader + receive_size - received;
     const ssize_t n = ::recv(fd, to, left, MSG_DONTWAIT);
     if (n == 0) return false;
@@ -54,16 +79,16 @@ struct Transfer {
   }
 };
 
+// Thrown by exchange() when another rank is gone; the cause is that rank's own error.
+class RankGone : public Error {
+ public:
+  RankGone() : Error(ErrorCode::kFailed, "another rank ended in the middle of an exchange") {}
+};
+
 class ForkedRanks final : public Ranks {
  public:
   // sockets[r] leads to rank r; sockets[rank] is unused.
-  ForkedRanks(int rank, std::vector<int> sockets) : rank_(rank), sockets_(std::move(sockets)) {}
-  ~ForkedRanks() override {
-    for (const int fd : sockets_)
-      if (fd >= 0) ::close(fd);
-  }
-  ForkedRanks(const ForkedRanks&) = delete;
-  ForkedRanks& operator=(const ForkedRanks&) = delete;
+  ForkedRanks(int rank, std::vector<Descriptor> sockets) : rank_(rank), sockets_(std::move(sockets)) {}
 
   int rank() const override { return rank_; }
   int size() const override { return static_cast<int>(sockets_.size()); }
@@ -74,7 +99,7 @@ class ForkedRanks final : public Ranks {
     for (std::size_t r = 0; r < sockets_.size(); ++r) {
       if (static_cast<int>(r) == rank_) continue;
       Transfer t;
-      t.fd = sockets_[r];
+      t.fd = sockets_[r].get();
       t.send_size = out[r].size();
       t.send_data = out[r].data();
       t.receive_data = &in[r];
@@ -99,7 +124,7 @@ class ForkedRanks final : public Ranks {
         bool alive = true;
         if (t.receiving() && (waiting[i].revents & (POLLIN | POLLHUP | POLLERR))) alive = t.receive_some();
         if (alive && t.sending() && (waiting[i].revents & (POLLOUT | POLLERR))) alive = t.send_some();
-        if (!alive) throw Error(ErrorCode::kFailed, "another rank ended in the middle of an exchange");
+        if (!alive) throw RankGone();
       }
     }
     in[static_cast<std::size_t>(rank_)] = std::move(out[static_cast<std::size_t>(rank_)]);
@@ -108,7 +133,7 @@ class ForkedRanks final : public Ranks {
 
  private:
   int rank_;
-  std::vector<int> sockets_;
+  std::vector<Descriptor> sockets_;
 };
 
 // Writes all of it, however often the pipe is interrupted.
@@ -132,97 +157,127 @@ std::string read_all(int fd) {
   }
 }
 
-// Runs one rank to its end. What it throws is reported as "code message".
+// A rank's failure as it travels through its pipe: "code noticed offset file-length\nfile message". `noticed` = 1 when
+// the rank only noticed that another had ended.
+std::string report_of(const Error& e, bool noticed) {
+  const std::string what = e.what();
+  const std::string prefix = Error(e.code(), "", e.file(), e.offset()).what();
+  return std::to_string(static_cast<int>(e.code())) + ' ' + (noticed ? '1' : '0') + ' ' +
+         (e.offset() ? std::to_string(*e.offset()) : "-") + ' ' + std::to_string(e.file().size()) + '\n' + e.file() +
+         what.substr(std::min(prefix.size(), what.size()));
+}
+
+struct RankFailure {
+  Error error;
+  bool noticed;
+};
+
+RankFailure failure_of(const std::string& report) {
+  std::istringstream head(report.substr(0, report.find('\n')));
+  int code = 0, noticed = 0;
+  std::string offset;
+  std::size_t length = 0;
+  head >> code >> noticed >> offset >> length;
+  const std::string rest = report.substr(report.find('\n') + 1);
+  return {Error(static_cast<ErrorCode>(code), rest.substr(length), rest.substr(0, length),
+                offset == "-" ? std::nullopt : std::optional<std::uint64_t>(std::stoull(offset))),
+          noticed == 1};
+}
+
+// Runs one rank to its end. Returns its report, empty when all went well.
 std::string run_rank(Ranks& ranks, const std::function<void(Ranks&)>& body) {
   try {
     body(ranks);
     return {};
+  } catch (const RankGone& e) {
+    return report_of(e, true);
   } catch (const Error& e) {
-    return std::to_string(static_cast<int>(e.code())) + ' ' + e.what();
+    return report_of(e, false);
   } catch (const std::exception& e) {
-    return std::to_string(static_cast<int>(ErrorCode::kFailed)) + ' ' + e.what();
+    return report_of(Error(ErrorCode::kFailed, e.what()), false);
+  } catch (...) {
+    return report_of(Error(ErrorCode::kFailed, "unknown exception"), false);
   }
 }
 
 struct Child {
   pid_t pid = -1;
-  int report = -1;  // read end of the pipe its error comes through
+  Descriptor report;  // read end of the pipe its failure comes through
 };
+
+[[noreturn]] void cannot_start(const std::vector<Child>& started) {
+  const std::string reason = std::strerror(errno);
+  for (const Child& c : started) {
+    ::kill(c.pid, SIGKILL);
+    ::waitpid(c.pid, nullptr, 0);
+  }
+  throw Error(ErrorCode::kFailed, "can't start another rank: " + reason);
+}
 
 }  // namespace
 
 void run_forked_ranks(int n, const std::function<void(Ranks&)>& body) {
   const auto count = static_cast<std::size_t>(n);
+  std::vector<Child> children;
   // sockets[a][b] is rank a's end of the pair it shares with rank b.
-  std::vector<std::vector<int>> sockets(count, std::vector<int>(count, -1));
+  std::vector<std::vector<Descriptor>> sockets(count);
+  for (auto& row : sockets) row.resize(count);
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t b = a + 1; b < count; ++b) {
       int pair[2];
-      if (::socketpair(AF_UNIX, SOCK_STREAM, 0, pair) != 0)
-        throw Error(ErrorCode::kFailed, std::string("can't join ranks by socket pairs: ") + std::strerror(errno));
-      sockets[a][b] = pair[0];
-      sockets[b][a] = pair[1];
+      if (::socketpair(AF_UNIX, SOCK_STREAM, 0, pair) != 0) cannot_start(children);
+      sockets[a][b] = Descriptor(pair[0]);
+      sockets[b][a] = Descriptor(pair[1]);
     }
-  const auto close_others = [&](std::size_t mine) {
-    for (std::size_t a = 0; a < count; ++a)
-      if (a != mine)
-        for (const int fd : sockets[a])
-          if (fd >= 0) ::close(fd);
-  };
 
-  std::vector<Child> children;
   for (std::size_t rank = 1; rank < count; ++rank) {
-    int report[2];
-    const bool piped = ::pipe(report) == 0;
-    const pid_t pid = piped ? ::fork() : -1;
-    if (pid < 0) {
-      for (const Child& c : children) ::kill(c.pid, SIGKILL), ::waitpid(c.pid, nullptr, 0);
-      throw Error(ErrorCode::kFailed, std::string("can't start another rank: ") + std::strerror(errno));
-    }
+    int ends[2];
+    if (::pipe(ends) != 0) cannot_start(children);
+    Descriptor read_end(ends[0]), write_end(ends[1]);
+    const pid_t pid = ::fork();
+    if (pid < 0) cannot_start(children);
     if (pid == 0) {
-      for (const Child& c : children) ::close(c.report);
-      ::close(report[0]);
-      close_others(rank);
-      std::string failure;
+      children.clear();
+      read_end.reset();
+      std::string report;
       {
-        ForkedRanks ranks(static_cast<int>(rank), sockets[rank]);
-        failure = run_rank(ranks, body);
+        ForkedRanks ranks(static_cast<int>(rank), std::move(sockets[rank]));
+        sockets.clear();
+        report = run_rank(ranks, body);
       }
-      write_all(report[1], failure);
-      ::_exit(failure.empty() ? 0 : 1);
+      write_all(write_end.get(), report);
+      ::_exit(report.empty() ? 0 : 1);
     }
-    ::close(report[1]);
-    children.push_back({pid, report[0]});
+    children.push_back({pid, std::move(read_end)});
   }
-  close_others(0);
 
-  std::exception_ptr mine;
+  std::string mine;
   {
-    ForkedRanks ranks(0, sockets[0]);
-    try {
-      body(ranks);
-    } catch (...) {
-      mine = std::current_exception();
-    }
+    ForkedRanks ranks(0, std::move(sockets[0]));
+    sockets.clear();
+    mine = run_rank(ranks, body);
   }
   // A rank that fails by itself is the cause; the others only noticed that it was gone.
-  std::string cause;
+  std::vector<RankFailure> failures;
+  if (!mine.empty()) failures.push_back(failure_of(mine));
   for (std::size_t i = 0; i < children.size(); ++i) {
-    const std::string report = read_all(children[i].report);
-    ::close(children[i].report);
+    const std::string report = read_all(children[i].report.get());
     int status = 0;
     while (::waitpid(children[i].pid, &status, 0) < 0 && errno == EINTR) {
     }
     const std::string who = "rank " + std::to_string(i + 1);
-    if (WIFSIGNALED(status)) cause = "0 " + who + " was killed by signal " + std::to_string(WTERMSIG(status));
-    else if (!report.empty() && report.find("ended in the middle") == std::string::npos && cause.empty()) cause = report;
+    if (WIFSIGNALED(status))
+      failures.push_back(
+          {Error(ErrorCode::kFailed, who + " was killed by signal " + std::to_string(WTERMSIG(status))), false});
+    else if (!report.empty())
+      failures.push_back(failure_of(report));
+    else if (status != 0)
+      failures.push_back(
+          {Error(ErrorCode::kFailed, who + " ended with status " + std::to_string(WEXITSTATUS(status))), false});
   }
-  if (!cause.empty()) {
-    const std::size_t space = cause.find(' ');
-    const auto code = static_cast<ErrorCode>(std::stoi(cause.substr(0, space)));
-    throw Error(code, cause.substr(space + 1));
-  }
-  if (mine) std::rethrow_exception(mine);
+  for (const RankFailure& f : failures)
+    if (!f.noticed) throw f.error;
+  if (!failures.empty()) throw failures.front().error;
 }
 
 }  // namespace btms

@@ -27,7 +27,8 @@ void fit_corners(const TileField<Node>& nodes, const FitRules& rules, TerrainTil
     for (std::int32_t col = box.col0; col <= box.col1; ++col) {
       CornerMean mean;
       for (const NodeOffset& o : kIncidentTable)
-        mean.add(nodes.cell({col + o.col, row + o.row})[o.triangle], o.col * rules.r_mm + half, o.row * rules.r_mm + half);
+        mean.add(nodes.cell({col + o.col, row + o.row})[o.triangle], o.col * rules.r_mm + half,
+                 o.row * rules.r_mm + half);
       tile.corner_mm[corner++] = mean.height_mm();
     }
   for (std::int32_t row = box.row0; row < box.row1; ++row)
@@ -40,7 +41,8 @@ void fit_corners(const TileField<Node>& nodes, const FitRules& rules, TerrainTil
 }
 
 // Eq 12-13: the node's final plane and what is stored of it.
-NodeSurface finish(const Node& node, std::uint8_t t, const std::array<std::int32_t, 3>& corners, const FitRules& rules) {
+NodeSurface finish(const Node& node, std::uint8_t t, const std::array<std::int32_t, 3>& corners,
+                   const FitRules& rules) {
   NodeSurface out;
   out.count = static_cast<std::uint16_t>(std::min<std::uint32_t>(node.count, 65535));
   if (std::find(corners.begin(), corners.end(), kUnknownHeight_mm) != corners.end()) return out;
@@ -56,9 +58,10 @@ NodeSurface finish(const Node& node, std::uint8_t t, const std::array<std::int32
     out.state = node.occupied ? NodeState::kObstacle : NodeState::kPredicted;
   } else {
     // Not terrain by itself, but terrain all around spans its three corners.
-    const double surface = static_cast<double>(plane.centre_mm) +
-                           (static_cast<double>(plane.rise_x_mm) * node.mean_x_mm +
-                            static_cast<double>(plane.rise_y_mm) * node.mean_y_mm) / rules.r_mm;
+    const double surface =
+        static_cast<double>(plane.centre_mm) + (static_cast<double>(plane.rise_x_mm) * node.mean_x_mm +
+                                                static_cast<double>(plane.rise_y_mm) * node.mean_y_mm) /
+                                                   rules.r_mm;
     const bool stands = node.count > 0 && node.mean_z_mm - surface > rules.standing_mm;
     out.state = stands ? NodeState::kObstacle : NodeState::kPredicted;
   }
@@ -76,8 +79,7 @@ void drop_unused_corners(TerrainTile& tile) {
         if (tile.nodes[tile.node_index({{col, row}, t})].state == NodeState::kUnknown) continue;
         centre_used = true;
         const auto corners = triangle_corners(t);
-        for (int k = 1; k < 3; ++k)
-          used[tile.corner_index({col + corners[k].x / 2, row + corners[k].y / 2})] = 1;
+        for (int k = 1; k < 3; ++k) used[tile.corner_index({col + corners[k].x / 2, row + corners[k].y / 2})] = 1;
       }
       if (!centre_used) tile.centre_mm[tile.cell_index({col, row})] = kUnknownHeight_mm;
     }

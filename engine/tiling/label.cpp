@@ -18,8 +18,9 @@ namespace {
 constexpr std::size_t kBlockPoints = 1 << 15;
 constexpr std::size_t kCacheBytes = std::size_t{512} << 20;
 
-// A node's final plane, ready for Eq 14: a point at offset (x, y) from the square's centre and height z above its centre
-// corner is terrain when z - (a x + b y) <= terrain, and far below when it is < below; millimetres, measured vertically.
+// A node's final plane, ready for Eq 14: a point at offset (x, y) from the square's centre and height z above its
+// centre corner is terrain when z - (a x + b y) <= terrain, and far below when it is < below; millimetres, measured
+// vertically.
 struct LabelPlane {
   float a, b;
   float terrain, below;
@@ -34,6 +35,7 @@ struct LabelTile {
   LabelTile(const TerrainTile& tile, const Parameters& p) : box(tile.box), centre_mm(tile.centre_mm) {
     const auto r = static_cast<float>(tile.resolution_mm);
     const auto eps3 = static_cast<float>(p.terrain_distance_m * 1000), below = static_cast<float>(-p.below_m * 1000);
+    const bool coarse_to_fine = p.method == Method::kCoarseToFine;
     planes.resize(tile.nodes.size());
     std::size_t i = 0;
     for (std::int32_t row = box.row0; row < box.row1; ++row)
@@ -45,6 +47,16 @@ struct LabelTile {
           }
           const FinalPlane plane = FinalPlane::through(t, tile.corners_mm({{col, row}, t}));
           const float a = static_cast<float>(plane.rise_x_mm) / r, b = static_cast<float>(plane.rise_y_mm) / r;
+          if (coarse_to_fine) {
+            // The threshold follows slope and uncertainty, measured vertically.
+            const float slope = std::min(std::sqrt(a * a + b * b), static_cast<float>(p.label_slope_cap));
+            const float lean = static_cast<float>(p.label_slope * 1000) * slope;
+            planes[i] = {a, b,
+                         static_cast<float>(p.label_m * 1000) + lean +
+                             static_cast<float>(p.label_uncertainty) * static_cast<float>(tile.nodes[i].sd_mm),
+                         -(static_cast<float>(p.level_below_m * 1000) + 2 * lean)};
+            continue;
+          }
           const float secant = std::sqrt(1 + a * a + b * b);  // p . s + d = vertical distance / secant
           planes[i] = {a, b, eps3 * secant, below * secant};
         }
@@ -52,43 +64,67 @@ struct LabelTile {
   std::size_t bytes() const { return planes.size() * sizeof(LabelPlane) + centre_mm.size() * sizeof(std::int32_t); }
 };
 
-// Tiles in use, least recently used first out.
+// Tiles in use, least recently used first out. A tile is loaded outside the lock, so that threads wait only for the
+// tile they want.
 class LabelTiles {
  public:
   LabelTiles(const TileSource& map, const Parameters& parameters) : map_(map), parameters_(parameters) {}
 
   // nullptr where the map has no tile.
   std::shared_ptr<const LabelTile> get(TileId id) {
-    const std::lock_guard lock(mutex_);
-    const auto it = entries_.find(id);
-    if (it != entries_.end()) {
-      order_.splice(order_.begin(), order_, it->second.position);
-      return it->second.tile;
+    std::shared_ptr<Entry> entry;
+    {
+      const std::lock_guard lock(mutex_);
+      std::shared_ptr<Entry>& slot = entries_[id];
+      if (!slot) {
+        slot = std::make_shared<Entry>();
+        order_.push_front(id);
+        slot->position = order_.begin();
+      } else {
+        order_.splice(order_.begin(), order_, slot->position);
+      }
+      entry = slot;
     }
-    std::shared_ptr<const LabelTile> tile;
-    if (const auto source = map_.load(id)) tile = std::make_shared<const LabelTile>(*source, parameters_);
-    order_.push_front(id);
-    entries_.emplace(id, Entry{tile, order_.begin()});
-    bytes_ += tile ? tile->bytes() : 0;
-    while (bytes_ > kCacheBytes && order_.size() > 1) {
-      const auto oldest = entries_.find(order_.back());
-      bytes_ -= oldest->second.tile ? oldest->second.tile->bytes() : 0;
-      entries_.erase(oldest);
-      order_.pop_back();
+    const std::lock_guard loading(entry->mutex);
+    if (!entry->loaded) {
+      if (const auto source = map_.load(id)) entry->tile = std::make_shared<const LabelTile>(*source, parameters_);
+      entry->loaded = true;
+      account(*entry, kEntryBytes + (entry->tile ? entry->tile->bytes() : 0));
     }
-    return tile;
+    return entry->tile;
   }
 
  private:
   struct Entry {
+    std::mutex mutex;
+    bool loaded = false;
     std::shared_ptr<const LabelTile> tile;
-    std::list<TileId>::iterator position;
+    std::list<TileId>::iterator position;  // these three are guarded by LabelTiles::mutex_
+    std::size_t bytes = 0;                 // 0 while it is being loaded
+    bool forgotten = false;
   };
+  static constexpr std::size_t kEntryBytes = 256;
+
+  // Counts a tile that has just been loaded and forgets the oldest ones beyond the cache's size.
+  void account(Entry& loaded, std::size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    if (loaded.forgotten) return;
+    loaded.bytes = bytes;
+    bytes_ += bytes;
+    while (bytes_ > kCacheBytes && order_.size() > 1) {
+      const auto oldest = entries_.find(order_.back());
+      bytes_ -= oldest->second->bytes;
+      oldest->second->forgotten = true;
+      entries_.erase(oldest);
+      order_.pop_back();
+    }
+  }
+
   const TileSource& map_;
   const Parameters& parameters_;
   std::mutex mutex_;
   std::list<TileId> order_;
-  std::unordered_map<TileId, Entry, TileIdHash> entries_;
+  std::unordered_map<TileId, std::shared_ptr<Entry>, TileIdHash> entries_;
   std::size_t bytes_ = 0;
 };
 
@@ -113,10 +149,12 @@ struct Axis {
       const Divider divide(static_cast<std::uint32_t>(r_mm));
       for (std::size_t i = 0; i < n; ++i) {
         // Unsigned: dropped points wrap to nonsense that nobody looks at.
-        const auto u = static_cast<std::uint32_t>(static_cast<std::uint64_t>(at_mm[i]) - static_cast<std::uint64_t>(base));
+        const auto u =
+            static_cast<std::uint32_t>(static_cast<std::uint64_t>(at_mm[i]) - static_cast<std::uint64_t>(base));
         const std::uint32_t c = divide(u);
         cell[i] = static_cast<std::int32_t>(first) + static_cast<std::int32_t>(c);
-        offset2[i] = static_cast<std::int32_t>(2 * (u - c * static_cast<std::uint32_t>(r_mm)) - static_cast<std::uint32_t>(r_mm));
+        offset2[i] = static_cast<std::int32_t>(2 * (u - c * static_cast<std::uint32_t>(r_mm)) -
+                                               static_cast<std::uint32_t>(r_mm));
       }
       return;
     }
@@ -163,14 +201,16 @@ void label_block(Scratch& s, const MapLayout& layout, LabelTiles& tiles) {
         continue;
       }
     }
-    const std::size_t square = static_cast<std::size_t>((std::int64_t{cell.row} - s.tile->box.row0) * s.tile->box.cols() +
-                                                        (cell.col - s.tile->box.col0));
+    const std::size_t square = static_cast<std::size_t>(
+        (std::int64_t{cell.row} - s.tile->box.row0) * s.tile->box.cols() + (cell.col - s.tile->box.col0));
     const LabelPlane& plane = s.tile->planes[square * kTriangles + triangle_of(s.col.offset2[i], s.row.offset2[i])];
     const std::int64_t dz = std::int64_t{s.block.z_mm[i]} - s.tile->centre_mm[square];
     const float above = static_cast<float>(dz) - (plane.a * (0.5f * static_cast<float>(s.col.offset2[i])) +
                                                   plane.b * (0.5f * static_cast<float>(s.row.offset2[i])));
     // Eq 14
-    const Label label = above < plane.below ? Label::kBelow : above <= plane.terrain ? Label::kTerrain : Label::kObstacle;
+    const Label label = above < plane.below      ? Label::kBelow
+                        : above <= plane.terrain ? Label::kTerrain
+                                                 : Label::kObstacle;
     s.labels[i] = label;
     s.counts.terrain += label == Label::kTerrain;
     s.counts.below += label == Label::kBelow;

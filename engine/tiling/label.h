@@ -19,7 +19,8 @@ struct LabelCounts {
   std::uint64_t outside = 0;  // obstacles over a place without a final plane
 };
 
-// Called with consecutive runs of a source's labels, from several threads, in any order; the runs cover every point once.
+// Called with consecutive runs of a source's labels, from several threads, in any order; the runs cover every point
+// once.
 using LabelConsumer = std::function<void(std::uint64_t first, std::span<const Label> labels)>;
 
 // Labels every point of `source`. `map` must be built with `parameters`. Throws what source, map or consumer throw.

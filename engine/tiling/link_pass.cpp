@@ -1,7 +1,6 @@
 // Components of locally convex candidates (paper Eq 6 and B-TGS): inside every tile by union-find, over tile borders by
 // merging pairs of component ids. A component's id is its smallest node key; ids exist only here.
 #include <algorithm>
-#include <cstring>
 #include <unordered_map>
 
 #include "engine/lattice/neighbours.h"
@@ -55,8 +54,10 @@ void link_tile(const TileField<Node>& nodes, const ConvexityRules& rules, std::i
           const Eigen::Vector3d d(o.col * r_mm + b.mean_x_mm - a.mean_x_mm, o.row * r_mm + b.mean_y_mm - a.mean_y_mm,
                                   static_cast<double>(b.mean_z_mm) - a.mean_z_mm);
           if (!locally_convex(a, b, d, rules)) continue;
-          if (inside) components.unite(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
-          else out.border.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});
+          if (inside)
+            components.unite(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
+          else
+            out.border.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});
         }
       }
 
@@ -80,21 +81,6 @@ void link_tile(const TileField<Node>& nodes, const ConvexityRules& rules, std::i
       }
 }
 
-// The same list on every rank: what all ranks contributed.
-template <class T>
-std::vector<T> gather(const std::vector<T>& mine, Ranks& ranks) {
-  if (ranks.size() == 1) return mine;
-  Bytes bytes(mine.size() * sizeof(T));
-  if (!mine.empty()) std::memcpy(bytes.data(), mine.data(), bytes.size());
-  std::vector<T> all;
-  for (const Bytes& in : ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size()), bytes))) {
-    const std::size_t at = all.size();
-    all.resize(at + in.size() / sizeof(T));
-    if (!in.empty()) std::memcpy(all.data() + at, in.data(), in.size());
-  }
-  return all;
-}
-
 // Component id -> kept? Global and tiny: it sees only ids, sizes and links.
 class Verdicts {
  public:
@@ -104,7 +90,8 @@ class Verdicts {
     Components merged(ids_.size());
     for (const Link& link : links) merged.unite(index(link.a), index(link.b));
     std::vector<std::uint64_t> size(ids_.size(), 0);
-    for (std::size_t i = 0; i < ids_.size(); ++i) size[merged.find(static_cast<std::uint32_t>(i))] += components[i].nodes;
+    for (std::size_t i = 0; i < ids_.size(); ++i)
+      size[merged.find(static_cast<std::uint32_t>(i))] += components[i].nodes;
     kept_.resize(ids_.size());
     for (std::size_t i = 0; i < ids_.size(); ++i) {
       const std::uint32_t root = merged.find(static_cast<std::uint32_t>(i));
@@ -156,7 +143,7 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 
-  const Verdicts verdicts(gather(components, context.ranks), gather(pairs, context.ranks),
+  const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(pairs),
                           static_cast<std::uint64_t>(context.parameters.keep_nodes));
   context.for_each_tile("merge", [&](std::size_t i, int) {
     const CellBox& box = tiles[i].box;
@@ -165,7 +152,8 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
         Node* node = nodes[i].cell({col, row});
         const NodeKey* id = ids[i].cell({col, row});
         for (int t = 0; t < kTriangles; ++t)
-          if (id[t] != kNoComponent) node[t].node_class = verdicts.kept(id[t]) ? NodeClass::kTerrain : NodeClass::kRejected;
+          if (id[t] != kNoComponent)
+            node[t].node_class = verdicts.kept(id[t]) ? NodeClass::kTerrain : NodeClass::kRejected;
       }
   });
   return verdicts.counts();

@@ -2,71 +2,32 @@
 #include <mutex>
 
 #include "engine/error.h"
-#include "engine/lattice/divider.h"
+#include "engine/terrain/moments.h"
 #include "engine/terrain/node_model.h"
+#include "engine/tiling/node_sort.h"
 #include "engine/tiling/passes.h"
 
 namespace btms {
 namespace {
 
-// Memory of one worker: the points of one bin sorted by node.
-struct Scratch {
-  std::vector<std::uint16_t> key;      // node within the bin: (row b + col) 4 + triangle
-  std::vector<std::uint32_t> end;      // per node: where its points end
-  std::vector<std::int16_t> x, y;      // from the square's centre
-  std::vector<std::int32_t> z;
-};
-
-// Counting sort of a bin's points by node.
-void sort_by_node(const PointBins::Bin& bin, const BinGrid& grid, Scratch& s) {
-  const auto n = static_cast<std::size_t>(bin.size);
-  const auto b = static_cast<std::uint32_t>(grid.edge_cells);
-  const auto r = static_cast<std::uint32_t>(grid.lattice.resolution_mm());
-  const std::size_t nodes = std::size_t{b} * b * kTriangles;
-  if (s.key.size() < n) {
-    s.key.resize(n);
-    s.x.resize(n);
-    s.y.resize(n);
-    s.z.resize(n);
-  }
-  const Divider divide(r);
-  std::size_t at = 0;
-  for (const PointBins::Run& run : bin.runs) {
-    std::uint16_t* key = s.key.data() + at;
-    for (std::uint32_t i = 0; i < run.size; ++i) {
-      const std::uint32_t x = run.points[i].x_mm, y = run.points[i].y_mm;
-      const std::uint32_t col = divide(x), row = divide(y);
-      const std::int32_t u2 = static_cast<std::int32_t>(2 * (x - col * r) - r);
-      const std::int32_t v2 = static_cast<std::int32_t>(2 * (y - row * r) - r);
-      key[i] = static_cast<std::uint16_t>((row * b + col) * kTriangles + triangle_of(u2, v2));
-    }
-    at += run.size;
-  }
-
-  s.end.assign(nodes + 1, 0);
-  for (std::size_t i = 0; i < n; ++i) ++s.end[s.key[i] + 1u];
-  for (std::size_t k = 0; k < nodes; ++k) s.end[k + 1] += s.end[k];
-  const std::int32_t half = static_cast<std::int32_t>(r / 2);
-  at = 0;
-  for (const PointBins::Run& run : bin.runs)
-    for (std::uint32_t i = 0; i < run.size; ++i, ++at) {
-      const std::uint32_t k = s.key[at], cell = k / kTriangles;
-      const std::uint32_t to = s.end[k]++;  // afterwards end[k] is where node k ends
-      s.x[to] = static_cast<std::int16_t>(run.points[i].x_mm - static_cast<std::int32_t>(cell % b * r) - half);
-      s.y[to] = static_cast<std::int16_t>(run.points[i].y_mm - static_cast<std::int32_t>(cell / b * r) - half);
-      s.z[to] = run.points[i].z_mm;
-    }
+[[noreturn]] void refuse_crowded_node(const BinGrid& grid, const CellBox& box, std::size_t node, std::size_t points) {
+  const auto cell = static_cast<std::int32_t>(node / kTriangles);
+  const Cell c{box.col0 + cell % grid.edge_cells, box.row0 + cell / grid.edge_cells};
+  throw Error(ErrorCode::kBadInput,
+              std::to_string(points) +
+                  " points in one node near x = " + std::to_string(grid.lattice.centre_x_mm(c) / 1000) +
+                  " m, y = " + std::to_string(grid.lattice.centre_y_mm(c) / 1000) + " m, more than " +
+                  std::to_string(kMaxNodePoints) + ": thin the input or choose a finer resolution");
 }
 
-void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRules& rules, Scratch& s,
+void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRules& rules, NodeSort& s,
                TileField<Node>& out) {
-  sort_by_node(bin, grid, s);
-  std::uint32_t begin = 0;
+  s.sort(bin, grid);
   const std::span<Node> nodes = out.values();
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    const std::uint32_t end = s.end[k];
-    nodes[k] = model_node({s.x.data() + begin, s.y.data() + begin, s.z.data() + begin, end - begin}, rules);
-    begin = end;
+    const NodePoints points = s.node(k);
+    if (points.size > kMaxNodePoints) refuse_crowded_node(grid, out.interior(), k, points.size);
+    nodes[k] = model_node(points, rules);
   }
 }
 
@@ -90,7 +51,7 @@ void PassContext::for_each_tile(const char* phase, const std::function<void(std:
 
 void model_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid, NodeFields& nodes) {
   const NodeModelRules rules(context.parameters);
-  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
+  std::vector<NodeSort> scratch(static_cast<std::size_t>(context.threads.count()));
   std::vector<TileField<Node>> local(scratch.size());
   std::vector<Bytes> out(static_cast<std::size_t>(context.ranks.size()));
   std::mutex out_mutex;
@@ -105,8 +66,8 @@ void model_pass(const PassContext& context, const PointBins& bins, const BinGrid
     if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in model");
     const PointBins::Bin& bin = *order[i];
     if (bin.size > 0xffffffffu)
-      throw Error(ErrorCode::kBadInput, "more than 4294967295 points in one block of " + std::to_string(grid.edge_mm() / 1000) +
-                                            " m: thin the input");
+      throw Error(ErrorCode::kBadInput, "more than 4294967295 points in one block of " +
+                                            std::to_string(grid.edge_mm() / 1000) + " m: thin the input");
     TileField<Node>& result = local[static_cast<std::size_t>(worker)];
     result = TileField<Node>(grid.box_of(bin.id), 0);
     model_bin(bin, grid, rules, scratch[static_cast<std::size_t>(worker)], result);

@@ -12,7 +12,8 @@ struct SquareCloud {
   Cell origin;
 
   float coordinate(std::size_t i, std::size_t axis) const {
-    return static_cast<float>(axis == 0 ? 2 * (squares[i].col - origin.col) + 1 : 2 * (squares[i].row - origin.row) + 1);
+    return static_cast<float>(axis == 0 ? 2 * (squares[i].col - origin.col) + 1
+                                        : 2 * (squares[i].row - origin.row) + 1);
   }
   std::size_t kdtree_get_point_count() const { return squares.size(); }
   float kdtree_get_pt(std::size_t i, std::size_t axis) const { return coordinate(i, axis); }
@@ -53,13 +54,12 @@ class NanoflannIndex final : public NeighbourIndex {
 
 class LatticeIndex final : public NeighbourIndex {
  public:
-  LatticeIndex(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted, std::int32_t rings)
-      : held_(nodes.held()), wanted_(wanted), rings_(rings) {}
+  LatticeIndex(const CellBox& held, const std::vector<std::uint8_t>& wanted, std::int32_t rings)
+      : held_(held), wanted_(wanted), rings_(rings) {}
 
   void near(Cell corner, std::vector<Cell>& squares) override {
     squares.clear();
-    const CellBox box =
-        CellBox{corner.col, corner.row, corner.col + 2, corner.row + 2}.grown(rings_).intersect(held_);
+    const CellBox box = CellBox{corner.col, corner.row, corner.col + 2, corner.row + 2}.grown(rings_).intersect(held_);
     for (std::int32_t row = box.row0; row < box.row1; ++row)
       for (std::int32_t col = box.col0; col < box.col1; ++col)
         if (wanted_[static_cast<std::size_t>((std::int64_t{row} - held_.row0) * held_.cols() + (col - held_.col0))])
@@ -74,10 +74,9 @@ class LatticeIndex final : public NeighbourIndex {
 
 }  // namespace
 
-std::unique_ptr<NeighbourIndex> nanoflann_index(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted,
+std::unique_ptr<NeighbourIndex> nanoflann_index(const CellBox& held, const std::vector<std::uint8_t>& wanted,
                                                 double reach_cells) {
   SquareCloud cloud;
-  const CellBox& held = nodes.held();
   cloud.origin = {held.col0, held.row0};
   std::size_t k = 0;
   for (std::int32_t row = held.row0; row < held.row1; ++row)
@@ -86,9 +85,9 @@ std::unique_ptr<NeighbourIndex> nanoflann_index(const TileField<Node>& nodes, co
   return std::make_unique<NanoflannIndex>(std::move(cloud), reach_cells);
 }
 
-std::unique_ptr<NeighbourIndex> lattice_index(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted,
+std::unique_ptr<NeighbourIndex> lattice_index(const CellBox& held, const std::vector<std::uint8_t>& wanted,
                                               std::int32_t reach_rings) {
-  return std::make_unique<LatticeIndex>(nodes, wanted, reach_rings);
+  return std::make_unique<LatticeIndex>(held, wanted, reach_rings);
 }
 
 }  // namespace btms

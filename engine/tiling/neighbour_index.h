@@ -1,31 +1,32 @@
-// Which squares with observed terrain lie near a place: a nanoflann kd-tree over one tile's interior and halo, or a scan of
-// the lattice that finds the same squares. Either only proposes candidates; the kernel's exact distance test decides.
+// Which squares with observed terrain lie near a place: a nanoflann kd-tree over one tile's interior and halo, or a
+// scan of the lattice that finds the same squares. Either only proposes candidates; the kernel's exact distance test
+// decides.
 //
-// The tree holds one point per square (four nodes), and only squares within reach of a square that needs a prediction; it
-// is asked once per 2 x 2 squares. Measured against one point a node and one query a node, that costs a fifth.
+// The tree holds one point per square (four nodes), and only squares within reach of a square that needs a prediction;
+// it is asked once per 2 x 2 squares. Measured against one point a node and one query a node, that costs a fifth.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <vector>
 
-#include "engine/terrain/node.h"
-#include "engine/tiling/tile_field.h"
+#include "engine/lattice/tiles.h"
 
 namespace btms {
 
 class NeighbourIndex {
  public:
   virtual ~NeighbourIndex() = default;
-  // Squares of `nodes` with a kTerrain node, at least all those with one within the kernel of any node of the 2 x 2
-  // squares whose south-west one is `corner`. Order is not defined. The vector is reused memory.
+  // Wanted squares, at least all those with a node within the kernel of any node of the 2 x 2 squares whose south-west
+  // one is `corner`. Order is not defined. The vector is reused memory.
   virtual void near(Cell corner, std::vector<Cell>& squares) = 0;
 };
 
-// `wanted[k]` marks the squares of nodes.held() (row by row) that a query may have to find. `reach_cells` = l / r.
-std::unique_ptr<NeighbourIndex> nanoflann_index(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted,
+// `wanted[k]` marks the squares of `held` (row by row) that hold terrain a query may have to find; it must outlive the
+// index. `reach_cells` = l / r.
+std::unique_ptr<NeighbourIndex> nanoflann_index(const CellBox& held, const std::vector<std::uint8_t>& wanted,
                                                 double reach_cells);
-std::unique_ptr<NeighbourIndex> lattice_index(const TileField<Node>& nodes, const std::vector<std::uint8_t>& wanted,
+std::unique_ptr<NeighbourIndex> lattice_index(const CellBox& held, const std::vector<std::uint8_t>& wanted,
                                               std::int32_t reach_rings);
 
 }  // namespace btms

@@ -1,12 +1,13 @@
-// The passes between points and finished tiles. Each is a function (interior + halo of a tile) -> interior, run on every
-// tile this rank owns; it declares the halo it needs, and sees nothing else.
+// The passes between points and finished tiles. Each is a function (interior + halo of a tile) -> interior, run on
+// every tile this rank owns; it declares the halo it needs, and sees nothing else.
 //
 //   pass      equations  halo                       crosses a border as
 //   model     2, 3, 5    none                       nothing: a node belongs to one tile
 //   link      6          1 ring of candidates       copies of nodes
 //   merge     -          1 ring of component ids    sorted pairs of component ids
 //   complete  7-11       ceil(l/r - 1/6) rings      copies of terrain nodes
-//   fit       12-13      1 ring of completed nodes  copies of nodes; shared corners come out of equal bits on both sides
+//   fit       12-13      1 ring of completed nodes  copies of nodes; shared corners come out of equal bits on both
+//   sides
 #pragma once
 
 #include <cstdint>
@@ -36,8 +37,8 @@ struct PassContext {
   void for_each_tile(const char* phase, const std::function<void(std::size_t, int)>& body) const;
 };
 
-inline constexpr std::int32_t kLinkHalo = 1;   // neighbours share a corner
-inline constexpr std::int32_t kFitHalo = 1;    // a corner touches the squares around it
+inline constexpr std::int32_t kLinkHalo = 1;  // neighbours share a corner
+inline constexpr std::int32_t kFitHalo = 1;   // a corner touches the squares around it
 std::int32_t complete_halo(const Parameters& p);
 
 // Points -> nodes, classes kEmpty, kNoPlane, kCandidate. Collective: a bin's nodes travel to the owners of its tiles.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
+#include <utility>
 
 #include "engine/error.h"
 #include "engine/lattice/divider.h"
@@ -17,7 +17,7 @@ struct Scratch {
   PointBlock block;
   std::vector<std::uint32_t> bin, start;
   std::vector<BinnedPoint> binned;
-  std::vector<std::uint32_t> order;
+  std::vector<std::pair<BinId, std::uint32_t>> order;
 };
 
 struct BlockRuns {
@@ -62,24 +62,24 @@ void sort_dense(Scratch& s, std::size_t n, std::size_t bins, BinId first, std::u
     const std::uint32_t begin = s.start[b], size = s.start[b + 1];
     s.start[b + 1] = begin + size;
     if (size == 0) continue;
-    out.runs.push_back({{first.bx + static_cast<std::int32_t>(b % cols), first.by + static_cast<std::int32_t>(b / cols)},
-                        out.points.get() + begin, size});
+    out.runs.push_back(
+        {{first.bx + static_cast<std::int32_t>(b % cols), first.by + static_cast<std::int32_t>(b / cols)},
+         out.points.get() + begin,
+         size});
   }
   for (std::size_t i = 0; i < n; ++i) out.points[s.start[s.bin[i]]++] = s.binned[i];
 }
 
 // Points strewn over a huge area: comparison sort on the bins themselves.
 void sort_sparse(Scratch& s, std::size_t n, std::int32_t edge_mm, BlockRuns& out) {
-  const auto bin_of = [&](std::uint32_t i) {
-    return BinId{static_cast<std::int32_t>(floor_div(s.block.x_mm[i], edge_mm)),
-                 static_cast<std::int32_t>(floor_div(s.block.y_mm[i], edge_mm))};
-  };
   s.order.resize(n);
-  std::iota(s.order.begin(), s.order.end(), 0u);
-  std::sort(s.order.begin(), s.order.end(), [&](std::uint32_t a, std::uint32_t b) { return bin_of(a) < bin_of(b); });
+  for (std::uint32_t i = 0; i < n; ++i)
+    s.order[i] = {{static_cast<std::int32_t>(floor_div(s.block.x_mm[i], edge_mm)),
+                   static_cast<std::int32_t>(floor_div(s.block.y_mm[i], edge_mm))},
+                  i};
+  std::sort(s.order.begin(), s.order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   for (std::size_t k = 0; k < n; ++k) {
-    const std::uint32_t i = s.order[k];
-    const BinId bin = bin_of(i);
+    const auto [bin, i] = s.order[k];
     out.points[k] = {static_cast<std::uint16_t>(s.block.x_mm[i] - std::int64_t{bin.bx} * edge_mm),
                      static_cast<std::uint16_t>(s.block.y_mm[i] - std::int64_t{bin.by} * edge_mm), s.block.z_mm[i]};
     if (out.runs.empty() || out.runs.back().bin != bin) out.runs.push_back({bin, out.points.get() + k, 0});
@@ -95,10 +95,13 @@ void bin_block(Scratch& s, const BinGrid& grid, BlockRuns& out) {
   if (n == 0) return;
   out.points = std::make_unique_for_overwrite<BinnedPoint[]>(n);
 
-  const auto [x_lo, x_hi] = std::minmax_element(s.block.x_mm.begin(), s.block.x_mm.begin() + static_cast<std::ptrdiff_t>(n));
-  const auto [y_lo, y_hi] = std::minmax_element(s.block.y_mm.begin(), s.block.y_mm.begin() + static_cast<std::ptrdiff_t>(n));
+  const auto [x_lo, x_hi] =
+      std::minmax_element(s.block.x_mm.begin(), s.block.x_mm.begin() + static_cast<std::ptrdiff_t>(n));
+  const auto [y_lo, y_hi] =
+      std::minmax_element(s.block.y_mm.begin(), s.block.y_mm.begin() + static_cast<std::ptrdiff_t>(n));
   const std::int64_t edge = grid.edge_mm();
-  const BinId first{static_cast<std::int32_t>(floor_div(*x_lo, edge)), static_cast<std::int32_t>(floor_div(*y_lo, edge))};
+  const BinId first{static_cast<std::int32_t>(floor_div(*x_lo, edge)),
+                    static_cast<std::int32_t>(floor_div(*y_lo, edge))};
   const std::int64_t x0 = first.bx * edge, y0 = first.by * edge;
   const std::int64_t cols = (*x_hi - x0) / edge + 1, rows = (*y_hi - y0) / edge + 1;
   if (*x_hi - x0 > Divider::kMaxOffset || *y_hi - y0 > Divider::kMaxOffset ||
@@ -125,8 +128,8 @@ std::vector<BlockRange> share_of(std::span<const PointSource* const> sources, co
   for (const PointSource* source : sources)
     for (std::uint64_t first = 0; first < source->size(); first += kBlockPoints)
       if (number++ % static_cast<std::size_t>(ranks.size()) == static_cast<std::size_t>(ranks.rank()))
-        mine.push_back({source, first,
-                        static_cast<std::size_t>(std::min<std::uint64_t>(kBlockPoints, source->size() - first))});
+        mine.push_back(
+            {source, first, static_cast<std::size_t>(std::min<std::uint64_t>(kBlockPoints, source->size() - first))});
   return mine;
 }
 
@@ -166,6 +169,7 @@ PointBins PointBins::read(std::span<const PointSource* const> sources, const Bin
     bins.counts_.out_of_range += r.counts.out_of_range;
     bins.runs_.insert(bins.runs_.end(), r.runs.begin(), r.runs.end());
     bins.blocks_.push_back(std::move(r.points));
+    r.runs = {};
   }
   bins.group();
   return bins;
@@ -195,7 +199,7 @@ void PointBins::receive(std::vector<Bytes> in) {
 }
 
 void PointBins::group() {
-  std::stable_sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) { return a.bin < b.bin; });
+  std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) { return a.bin < b.bin; });
   bins_.clear();
   for (std::size_t i = 0; i < runs_.size();) {
     std::size_t end = i;

@@ -1,7 +1,7 @@
 // Pass "partition": reads the sources in parallel blocks, rounds nothing (readers did), and sorts the points by bin.
 //
-// A bin is a block of b x b cells (b a power of two, at most 32 cells and 65.5 m), anchored at absolute multiples of b: its
-// points fit the cache while they are sorted by node, and a point needs 8 bytes. Bins know nothing of tiles.
+// A bin is a block of b x b cells (b a power of two, at most 32 cells and 65.5 m), anchored at absolute multiples of b:
+// its points fit the cache while they are sorted by node, and a point needs 8 bytes. Bins know nothing of tiles.
 #pragma once
 
 #include <cstdint>
@@ -30,6 +30,7 @@ struct BinGrid {
   std::int32_t edge_cells;  // b
 
   explicit BinGrid(const Lattice& l);
+  BinGrid(const Lattice& l, std::int32_t cells) : lattice(l), edge_cells(cells) {}
   std::int32_t edge_mm() const { return edge_cells * lattice.resolution_mm(); }
   CellBox box_of(BinId id) const {
     return {id.bx * edge_cells, id.by * edge_cells, (id.bx + 1) * edge_cells, (id.by + 1) * edge_cells};

@@ -18,9 +18,9 @@ struct PointBlock {
 
   std::vector<std::int64_t> x_mm, y_mm;
   std::vector<std::int32_t> z_mm;
-  std::vector<std::uint8_t> bytes;   // reader's scratch: the raw records, kept between calls
-  std::size_t not_finite = 0;        // dropped: NaN or infinite
-  std::size_t out_of_range = 0;      // dropped: beyond kMaxHorizontal_mm or kMaxVertical_mm
+  std::vector<std::uint8_t> bytes;  // reader's scratch: the raw records, kept between calls
+  std::size_t not_finite = 0;       // dropped: NaN or infinite
+  std::size_t out_of_range = 0;     // dropped: beyond kMaxHorizontal_mm or kMaxVertical_mm
 
   std::size_t size() const { return x_mm.size(); }
   std::size_t dropped() const { return not_finite + out_of_range; }

@@ -15,8 +15,9 @@ SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters
   out.map = MemoryMap(MapLayout{Lattice(resolution_mm(parameters)), {}});
   if (scan.size() > 0) {
     const std::array<const PointSource*, 1> sources{&scan};
-    out.summary = build_map(sources, options, *threads, *ranks,
-                            [&](const MapLayout& layout) -> TileSink& { return out.map = MemoryMap(layout); }, progress);
+    out.summary = build_map(
+        sources, options, *threads, *ranks,
+        [&](const MapLayout& layout) -> TileSink& { return out.map = MemoryMap(layout); }, progress);
   }
   out.labels.resize(static_cast<std::size_t>(scan.size()));
   out.counts = label_points(

@@ -4,7 +4,6 @@
 // tile that owns it. Nothing else ever crosses a border.
 #pragma once
 
-#include <array>
 #include <cstring>
 #include <span>
 #include <type_traits>
@@ -22,18 +21,19 @@ class TileField {
  public:
   TileField() = default;
   TileField(const CellBox& interior, std::int32_t halo)
-      : interior_(interior), held_(interior.grown(halo)),
+      : interior_(interior),
+        held_(interior.grown(halo)),
         values_(static_cast<std::size_t>(held_.cells()) * kTriangles) {}
 
   const CellBox& interior() const { return interior_; }
   const CellBox& held() const { return held_; }
-  std::size_t stride() const { return static_cast<std::size_t>(held_.cols()) * kTriangles; }  // values in a row of cells
 
   // The four values of a cell. Precondition: held() contains it.
   T* cell(Cell c) { return values_.data() + offset(c); }
   const T* cell(Cell c) const { return values_.data() + offset(c); }
   std::size_t offset(Cell c) const {
-    return static_cast<std::size_t>((std::int64_t{c.row} - held_.row0) * held_.cols() + (c.col - held_.col0)) * kTriangles;
+    return static_cast<std::size_t>((std::int64_t{c.row} - held_.row0) * held_.cols() + (c.col - held_.col0)) *
+           kTriangles;
   }
   std::span<T> values() { return values_; }
   std::span<const T> values() const { return values_; }
@@ -56,7 +56,9 @@ class TileField {
   }
 
  private:
-  static std::size_t row_bytes(const CellBox& box) { return static_cast<std::size_t>(box.cols()) * kTriangles * sizeof(T); }
+  static std::size_t row_bytes(const CellBox& box) {
+    return static_cast<std::size_t>(box.cols()) * kTriangles * sizeof(T);
+  }
 
   CellBox interior_, held_;
   std::vector<T> values_;

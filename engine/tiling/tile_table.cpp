@@ -11,6 +11,11 @@ namespace {
 
 std::string metres(std::int64_t mm) { return std::to_string(mm / 1000); }
 
+// Positions inside a tile and its halo are 32-bit millimetres, and squares are counted exactly in float.
+std::int64_t widest_tile_cells(std::int32_t r_mm, std::int32_t reach) {
+  return std::min<std::int64_t>(1 << 21, INT32_MAX / r_mm - 2 * std::int64_t{reach} - 64);
+}
+
 // The bin furthest from the median of all bins: the likely culprit of an absurd extent.
 BinId furthest(std::span<const BinId> bins) {
   std::vector<std::int32_t> xs, ys;
@@ -26,8 +31,12 @@ BinId furthest(std::span<const BinId> bins) {
 }  // namespace
 
 TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::int32_t tile_cells, std::int32_t reach,
-                     std::uint64_t max_nodes, int ranks)
-    : bins_(bins), layout_{bins.lattice, {}}, ranks_(ranks) {
+                     std::uint64_t max_nodes, int ranks, int refinements)
+    : bins_(bins), layout_{bins.lattice, {}}, ranks_(ranks), refinements_(refinements) {
+  const std::int64_t widest = widest_tile_cells(bins.lattice.resolution_mm(), reach);
+  if (tile_cells < 0 || tile_cells > widest)
+    throw Error(ErrorCode::kUsage, "a tile edge of " + std::to_string(tile_cells) + " cells: expected 1 to " +
+                                       std::to_string(widest) + ", or 0 for the whole map");
   if (tile_cells > 0) {
     layout_.grid.edge_cells = tile_cells;
   } else {
@@ -35,8 +44,7 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
     for (const BinId& b : occupied) whole = whole.hull(bins.box_of(b));
     whole = whole.grown(reach);
     layout_.grid.origin = {whole.col0, whole.row0};
-    layout_.grid.edge_cells =
-        static_cast<std::int32_t>(std::min<std::int64_t>(std::max(whole.cols(), whole.rows()), 1 << 30));
+    layout_.grid.edge_cells = static_cast<std::int32_t>(std::min(std::max(whole.cols(), whole.rows()), widest));
   }
 
   // Cells with points per tile, then what predictions from them may reach.
@@ -56,25 +64,41 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
     });
   }
 
-  std::uint64_t nodes = 0;
+  std::uint64_t nodes = 0, largest = 0;
   for (const auto& [id, box] : in_use) {
-    nodes += static_cast<std::uint64_t>(box.cells()) * kTriangles;
+    const auto held = (static_cast<std::uint64_t>(box.grown(reach).cells()) * kTriangles) << (2 * refinements);
+    nodes += held;
+    largest = std::max(largest, held);
     index_.emplace(id, static_cast<std::int32_t>(tiles_.size()));
     tiles_.push_back({id, box, owner_of(id)});
   }
-  if (nodes > max_nodes) {
+  // Nodes of one tile are counted in 32 bits.
+  if (nodes > max_nodes || largest > UINT32_MAX) {
     const BinId far = furthest(occupied);
     const std::int64_t edge = bins.edge_mm();
-    throw Error(ErrorCode::kUsage, "the map would have " + std::to_string(nodes) + " nodes, more than --max-nodes " +
-                                       std::to_string(max_nodes) + "; the points furthest out are near x = " +
-                                       metres(far.bx * edge) + " m, y = " + metres(far.by * edge) +
+    throw Error(ErrorCode::kUsage, "the map would hold " + std::to_string(nodes) +
+                                       " nodes (halos included), more than --max-nodes " + std::to_string(max_nodes) +
+                                       "; the points furthest out are near x = " + metres(far.bx * edge) +
+                                       " m, y = " + metres(far.by * edge) +
                                        " m: remove them, choose a coarser --resolution, or raise --max-nodes");
   }
 }
 
+TileTable TileTable::finer() const {
+  TileTable t = *this;
+  --t.refinements_;
+  t.layout_.lattice = layout_.lattice.finer();
+  t.layout_.grid.edge_cells *= 2;
+  t.layout_.grid.origin = {layout_.grid.origin.col * 2, layout_.grid.origin.row * 2};
+  for (Tile& tile : t.tiles_)
+    tile.box = {tile.box.col0 * 2, tile.box.row0 * 2, tile.box.col1 * 2, tile.box.row1 * 2};
+  return t;
+}
+
 int TileTable::owner_of(TileId id) const {
   // Neighbouring blocks on different ranks: every border of a block is really exchanged.
-  const TileId block = block_of(layout_.grid, id);
+  const TileGrid finest{static_cast<std::int32_t>(std::min<std::int64_t>(std::int64_t{layout_.grid.edge_cells} << refinements_, INT32_MAX)), {}};
+  const TileId block = block_of(finest, id);
   const std::int64_t diagonal = std::int64_t{block.tx} + block.ty;
   return static_cast<int>(diagonal - ranks_ * floor_div(diagonal, ranks_));
 }

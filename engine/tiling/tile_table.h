@@ -20,9 +20,14 @@ struct Tile {
 class TileTable {
  public:
   // Tiles of all bins that hold points. `reach` is how many rings of cells a prediction may lie away from a point.
-  // tile_cells = 0 makes the whole map one tile. Throws Error(kUsage) above max_nodes, naming the bin furthest out.
+  // `refinements`: how many times finer() will be called; owners keep the shards of the finest level whole.
+  // tile_cells = 0 makes the whole map one tile (or a few, where it is wider than 2^31 mm or 2^21 cells). Throws
+  // Error(kUsage) when tiles and halos together hold more than max_nodes, naming the bin furthest out.
   TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::int32_t tile_cells, std::int32_t reach,
-            std::uint64_t max_nodes, int ranks);
+            std::uint64_t max_nodes, int ranks, int refinements = 0);
+
+  // The same tiles on the next finer lattice.
+  TileTable finer() const;
 
   const MapLayout& layout() const { return layout_; }
   const std::vector<Tile>& tiles() const { return tiles_; }  // ascending by id
@@ -50,6 +55,7 @@ class TileTable {
   BinGrid bins_;
   MapLayout layout_;
   int ranks_;
+  int refinements_;
   std::vector<Tile> tiles_;
   std::unordered_map<TileId, std::int32_t, TileIdHash> index_;
 };

@@ -6,7 +6,7 @@
 
 #include "engine/error.h"
 #include "io/export/font.h"
-#include "io/store/commit.h"
+#include "io/files/atomic_file.h"
 
 namespace btms {
 
@@ -51,9 +51,7 @@ void Picture::write_png(const std::filesystem::path& file) const {
   const std::string message = image.message;
   png_image_free(&image);
   if (!written) throw Error(ErrorCode::kFailed, "could not encode the picture: " + message, file.string());
-  std::filesystem::path temporary = file;
-  temporary.replace_filename(kTemporaryPrefix + file.filename().string());
-  commit_file(temporary, file, {bytes.data(), size});
+  write_file(file, {bytes.data(), size});
 }
 
 }  // namespace btms

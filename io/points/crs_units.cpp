@@ -3,7 +3,9 @@
 #include <proj.h>
 #include <proj_experimental.h>  // proj_crs_alter_*: "experimental" since PROJ 5, unchanged up to 9
 
+#include <map>
 #include <memory>
+#include <mutex>
 
 namespace btms {
 namespace {
@@ -47,13 +49,41 @@ double unit(PJ_CONTEXT* context, const PJ* crs) {
   return factor;
 }
 
+// The same for the third axis of a system that has one; 0 for plane systems.
+double third_unit(PJ_CONTEXT* context, const PJ* crs) {
+  const Object system(proj_crs_get_coordinate_system(context, crs));
+  double factor = 0;
+  if (!system || proj_cs_get_axis_count(context, system.get()) != 3 ||
+      !proj_cs_get_axis_info(context, system.get(), 2, nullptr, nullptr, nullptr, &factor, nullptr, nullptr, nullptr)) {
+    return 0;
+  }
+  return factor;
+}
+
+// Results by text. A handful of systems is all a program meets; the limit is against files made to fill the memory.
+template <typename Value>
+class Cache {
+ public:
+  template <typename Compute>
+  Value get(const std::string& text, Compute compute) {
+    const std::lock_guard lock(mutex_);
+    const auto it = values_.find(text);
+    if (it != values_.end()) return it->second;
+    if (values_.size() == kMost) values_.clear();
+    return values_.emplace(text, compute()).first->second;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 16;
+  std::mutex mutex_;  // held while computing, so that each text is parsed once
+  std::map<std::string, Value> values_;
+};
+
 bool is_geographic(PJ_TYPE type) {
   return type == PJ_TYPE_GEOGRAPHIC_2D_CRS || type == PJ_TYPE_GEOGRAPHIC_3D_CRS || type == PJ_TYPE_GEOGRAPHIC_CRS;
 }
 
-}  // namespace
-
-CrsUnits crs_units(const std::string& crs) {
+CrsUnits parse_units(const std::string& crs) {
   const Context context = quiet_context();
   const Object whole = parse(context.get(), crs);
   const Object horizontal = whole ? part(context.get(), whole.get(), 0) : nullptr;
@@ -61,10 +91,44 @@ CrsUnits crs_units(const std::string& crs) {
   const Object vertical = part(context.get(), whole.get(), 1);
   CrsUnits units;
   units.in_degrees = is_geographic(proj_get_type(horizontal.get()));
+  units.geocentric = proj_get_type(horizontal.get()) == PJ_TYPE_GEOCENTRIC_CRS;
   units.horizontal_m = unit(context.get(), horizontal.get());
-  units.vertical_m = vertical ? unit(context.get(), vertical.get()) : 0;
+  units.vertical_m = vertical ? unit(context.get(), vertical.get()) : third_unit(context.get(), horizontal.get());
   units.understood = units.horizontal_m > 0;
   return units;
+}
+
+std::string convert_to_metres(const std::string& crs) {
+  const Context context = quiet_context();
+  PJ_CONTEXT* c = context.get();
+  const Object whole = parse(c, crs);
+  Object horizontal = whole ? part(c, whole.get(), 0) : nullptr;
+  if (horizontal && third_unit(c, horizontal.get()) != 0)
+    horizontal.reset(proj_crs_demote_to_2D(c, nullptr, horizontal.get()));
+  if (horizontal && unit(c, horizontal.get()) == 1) {  // as it stands, with its EPSG code
+    const char* text = proj_as_wkt(c, horizontal.get(), PJ_WKT2_2019, nullptr);
+    return text == nullptr ? std::string() : text;
+  }
+  if (!horizontal || proj_get_type(horizontal.get()) != PJ_TYPE_PROJECTED_CRS) return {};
+  // The false easting and northing are lengths, too, and change with the unit.
+  const Object parameters(
+      proj_crs_alter_parameters_linear_unit(c, horizontal.get(), "metre", 1.0, "EPSG", "9001", /*convert=*/1));
+  const Object metric(parameters ? proj_crs_alter_cs_linear_unit(c, parameters.get(), "metre", 1.0, "EPSG", "9001")
+                                 : nullptr);
+  const char* wkt = metric ? proj_as_wkt(c, metric.get(), PJ_WKT2_2019, nullptr) : nullptr;
+  return wkt == nullptr ? std::string() : wkt;
+}
+
+}  // namespace
+
+CrsUnits crs_units(const std::string& crs) {
+  static Cache<CrsUnits> cache;
+  return cache.get(crs, [&] { return parse_units(crs); });
+}
+
+std::string crs_in_metres(const std::string& crs) {
+  static Cache<std::string> cache;
+  return cache.get(crs, [&] { return convert_to_metres(crs); });
 }
 
 bool same_horizontal_crs(const std::string& a, const std::string& b) {
@@ -77,21 +141,6 @@ bool same_horizontal_crs(const std::string& a, const std::string& b) {
   if (!first || !second) return true;
   return proj_is_equivalent_to_with_ctx(context.get(), first.get(), second.get(),
                                         PJ_COMP_EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS) != 0;
-}
-
-std::string crs_in_metres(const std::string& crs) {
-  const Context context = quiet_context();
-  PJ_CONTEXT* c = context.get();
-  const Object whole = parse(c, crs);
-  const Object horizontal = whole ? part(c, whole.get(), 0) : nullptr;
-  if (!horizontal || proj_get_type(horizontal.get()) != PJ_TYPE_PROJECTED_CRS) return {};
-  // The false easting and northing are lengths, too, and change with the unit.
-  const Object parameters(
-      proj_crs_alter_parameters_linear_unit(c, horizontal.get(), "metre", 1.0, "EPSG", "9001", /*convert=*/1));
-  const Object metric(parameters ? proj_crs_alter_cs_linear_unit(c, parameters.get(), "metre", 1.0, "EPSG", "9001")
-                                 : nullptr);
-  const char* wkt = metric ? proj_as_wkt(c, metric.get(), PJ_WKT2_2019, nullptr) : nullptr;
-  return wkt == nullptr ? std::string() : wkt;
 }
 
 }  // namespace btms

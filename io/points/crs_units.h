@@ -8,18 +8,20 @@ namespace btms {
 struct CrsUnits {
   bool understood = false;  // false: the text is not one PROJ can read, nothing below is meant
   bool in_degrees = false;  // geographic: latitude and longitude
+  bool geocentric = false;  // x, y, z from the centre of the Earth: no plane, and up is not z
   double horizontal_m = 1;  // metres per unit
   double vertical_m = 0;    // metres per unit of a stated vertical system, 0 when none is stated
 };
 
-// `crs` is WKT of any kind or "EPSG:n".
+// `crs` is WKT of any kind or "EPSG:n". Thread-safe, like crs_in_metres(); both remember the last texts, since a
+// survey's files repeat theirs.
 CrsUnits crs_units(const std::string& crs);
 
 // Whether both mean the same horizontal system, a vertical part and the order of axes aside. True when one is unclear.
 bool same_horizontal_crs(const std::string& a, const std::string& b);
 
 // The same projection with metres as its unit, as WKT, for coordinates that were converted; empty when PROJ cannot. A
-// vertical system is left out.
+// vertical system is left out, since heights may have been converted, too.
 std::string crs_in_metres(const std::string& crs);
 
 }  // namespace btms

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <system_error>
@@ -23,19 +22,15 @@ namespace {
 
 }  // namespace
 
-FileDescriptor::~FileDescriptor() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
 InputFile::InputFile(std::filesystem::path path) : path_(std::move(path)), state_(state_of(open_regular().get())) {}
 
 void InputFile::refuse(const std::string& message, std::optional<std::uint64_t> offset) const {
   throw Error(ErrorCode::kBadInput, message, path_.string(), offset);
 }
 
-FileDescriptor InputFile::open_regular() const {
+Descriptor InputFile::open_regular() const {
   // Without O_NONBLOCK the open of a FIFO would wait for a writer.
-  FileDescriptor fd(::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
+  Descriptor fd(::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
   if (fd.get() < 0) throw_system(errno, "open", path_);
   return fd;
 }

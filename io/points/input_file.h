@@ -9,20 +9,9 @@
 #include <span>
 #include <string>
 
+#include "io/files/descriptor.h"
+
 namespace btms {
-
-// A read-only descriptor, closed at the end of its scope.
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd = -1) : fd_(fd) {}
-  FileDescriptor(FileDescriptor&& o) noexcept : fd_(o.fd_) { o.fd_ = -1; }
-  FileDescriptor& operator=(FileDescriptor&&) = delete;
-  ~FileDescriptor();
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
 
 // Remembers which file it saw (device, inode, size, time of change) and holds no descriptor: a map is built from
 // thousands of files, more than a process may have open. Immutable, so thread-safe.
@@ -45,9 +34,9 @@ class InputFile {
 
    private:
     friend class InputFile;
-    Session(const InputFile& file, FileDescriptor fd) : file_(file), fd_(std::move(fd)) {}
+    Session(const InputFile& file, Descriptor fd) : file_(file), fd_(std::move(fd)) {}
     const InputFile& file_;
-    FileDescriptor fd_;
+    Descriptor fd_;
   };
   // The session must not outlive this object. Throws as the constructor does, and when the file has changed since.
   Session open() const;
@@ -63,7 +52,7 @@ class InputFile {
     std::int64_t modified_s = 0, modified_ns = 0;
     friend bool operator==(const State&, const State&) = default;
   };
-  FileDescriptor open_regular() const;
+  Descriptor open_regular() const;
   State state_of(int fd) const;
 
   std::filesystem::path path_;

@@ -6,12 +6,12 @@
 #include "io/points/input_file.h"
 #include "io/points/little_endian.h"
 #include "io/points/millimetres.h"
+#include "io/points/records.h"
 
 namespace btms {
 namespace {
 
 constexpr std::size_t kStride = 16;
-constexpr std::size_t kReadPoints = 1 << 14;
 
 class KittiFile final : public PointFile {
  public:
@@ -35,16 +35,8 @@ class KittiFile final : public PointFile {
   void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     assert(first <= size() && count <= size() - first);
     block.reset(count);
-    block.bytes.resize(std::max(block.bytes.size(), std::min(count, kReadPoints) * kStride));
-    const InputFile::Session session = file_.open();
-    for (std::size_t done = 0; done < count;) {
-      const std::size_t n = std::min(kReadPoints, count - done);
-      session.read((first + done) * kStride, {block.bytes.data(), n * kStride});
-      for (std::size_t i = 0; i < n; i += kMmChunk)
-        unpack(block.bytes.data() + i * kStride, std::min(kMmChunk, n - i), block, done + i);
-      done += n;
-    }
-    session.finish();
+    read_records(file_, {0, kStride}, first, count, block.bytes,
+                 [&](const std::uint8_t* records, std::size_t n, std::size_t at) { unpack(records, n, block, at); });
   }
 
  private:

@@ -7,13 +7,10 @@
 #include "io/points/las_header.h"
 #include "io/points/las_scaling.h"
 #include "io/points/las_unpack.h"
-#include "io/points/millimetres.h"
+#include "io/points/records.h"
 
 namespace btms {
 namespace {
-
-// Raw records per pread: small enough to be still in the second-level cache when they are unpacked.
-constexpr std::size_t kReadBytes = 1 << 18;
 
 class LasFile final : public PointFile {
  public:
@@ -43,17 +40,8 @@ class LasFile final : public PointFile {
   void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     assert(first <= size() && count <= size() - first);
     block.reset(count);
-    const std::size_t stride = header_.record_bytes, most = kReadBytes / stride;
-    const InputFile::Session session = file_.open();
-    for (std::size_t done = 0; done < count;) {
-      const std::size_t n = std::min(most, count - done);
-      if (block.bytes.size() < n * stride) block.bytes.resize(n * stride);
-      session.read(header_.points_offset + (first + done) * stride, {block.bytes.data(), n * stride});
-      for (std::size_t i = 0; i < n; i += kMmChunk)
-        unpack(block.bytes.data() + i * stride, std::min(kMmChunk, n - i), block, done + i);
-      done += n;
-    }
-    session.finish();
+    read_records(file_, {header_.points_offset, header_.record_bytes}, first, count, block.bytes,
+                 [&](const std::uint8_t* records, std::size_t n, std::size_t at) { unpack(records, n, block, at); });
   }
 
  private:

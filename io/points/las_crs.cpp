@@ -20,7 +20,7 @@ enum GeoKey : std::uint16_t {
   kLinearUnit = 3076,
   kVerticalUnit = 4099
 };
-constexpr std::uint16_t kModelGeographic = 2, kUserDefined = 32767;
+constexpr std::uint16_t kModelGeographic = 2, kModelGeocentric = 3, kUserDefined = 32767;
 
 const LasRecord* find(const LasHeader& header, std::uint16_t id) {
   for (const LasRecord& record : header.records)
@@ -83,6 +83,11 @@ std::string epsg(const std::map<std::uint16_t, std::uint16_t>& keys, std::uint16
               "), expected a projected system in metres or feet; reproject the file first");
 }
 
+[[noreturn]] void refuse_geocentric(const InputFile& file, const std::string& name) {
+  file.refuse("coordinates are geocentric (" + name +
+              "), expected a projected system in metres or feet; reproject the file first");
+}
+
 std::string factor(double metres) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, metres, std::chars_format::general, 10).ptr};
@@ -101,7 +106,8 @@ void convert(double horizontal_m, double vertical_m, LasCrs& crs) {
 
 // A system whose own unit is not the metre no longer describes the converted coordinates.
 void set_text(const std::string& text, const CrsUnits& units, LasCrs& crs) {
-  crs.text = units.horizontal_m == 1 ? text : crs_in_metres(text);
+  const bool heights_in_metres = units.vertical_m == 0 || units.vertical_m == 1;
+  crs.text = units.horizontal_m == 1 && heights_in_metres ? text : crs_in_metres(text);
   if (crs.text.empty()) crs.warnings.emplace_back("the coordinate system has no equal in metres: treated as unknown");
 }
 
@@ -114,6 +120,7 @@ bool use_wkt(const InputFile& file, const LasHeader& header, LasCrs& crs) {
     return false;
   }
   if (units.in_degrees) refuse_degrees(file, "by its WKT record");
+  if (units.geocentric) refuse_geocentric(file, "by its WKT record");
   convert(units.horizontal_m, units.vertical_m != 0 ? units.vertical_m : units.horizontal_m, crs);
   set_text(wkt, units, crs);
   return true;
@@ -125,11 +132,14 @@ void use_geokeys(const InputFile& file, const LasHeader& header, LasCrs& crs) {
   const auto model = keys.find(kModelType);
   const bool in_degrees = model != keys.end() ? model->second == kModelGeographic
                                               : keys.find(kProjected) == keys.end() && !geographic.empty();
+  // A geocentric code (EPSG:4978) stands under the geographic key, too.
+  if (model != keys.end() && model->second == kModelGeocentric) refuse_geocentric(file, "by its GeoTIFF keys");
   if (in_degrees) refuse_degrees(file, geographic.empty() ? "by its GeoTIFF keys" : geographic);
 
   const double stated = linear_unit(keys, kLinearUnit, crs), stated_vertical = linear_unit(keys, kVerticalUnit, crs);
   const CrsUnits units = projected.empty() ? CrsUnits{} : crs_units(projected);
   if (units.in_degrees) refuse_degrees(file, projected);
+  if (units.geocentric) refuse_geocentric(file, projected);
   // A stated unit wins over that of the EPSG code: the keys describe these coordinates, the code a system.
   const double horizontal = stated != 0 ? stated : units.horizontal_m;
   convert(horizontal, stated_vertical != 0 ? stated_vertical : horizontal, crs);

@@ -12,7 +12,7 @@ struct LasCrs {
   std::vector<std::string> warnings;
 };
 
-// Throws Error(kBadInput) for geographic coordinates.
+// Throws Error(kBadInput) for geographic and geocentric coordinates.
 LasCrs read_las_crs(const InputFile& file, const LasHeader& header);
 
 }  // namespace btms

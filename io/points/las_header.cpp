@@ -15,7 +15,6 @@ constexpr std::size_t kShortHeader = 227, kLongHeader = 375;  // LAS 1.0-1.3, LA
 
 // Byte offsets of the fields we look at (ASPRS LAS 1.4 R15, table 3).
 enum Field : std::size_t {
-  kEncoding = 6,
   kMajor = 24,
   kMinor = 25,
   kHeaderBytes = 94,
@@ -167,7 +166,6 @@ LasHeader read_las_header(const InputFile& file) {
   LasHeader h;
   read_preamble(file, b, h);
   read_format(file, b, h);
-  h.crs_is_wkt = (b[kEncoding] & 0x10) != 0;
   find_vlrs(file, session, load<std::uint32_t>(&b[kVlrCount]), h);
   for (const LasRecord& record : h.records)
     if (record.user == "laszip encoded" && record.id == 22204) file.refuse(kNoLaz, record.offset);

@@ -37,8 +37,7 @@ struct LasHeader {
   std::uint64_t points_offset = 0, points = 0;
   std::array<double, 3> scale{}, offset{};  // file units
   std::optional<std::array<double, 6>>
-      declared_bounds;  // min x, y, z, max x, y, z in file units, where they make sense
-  bool crs_is_wkt = false;
+      declared_bounds;             // min x, y, z, max x, y, z in file units, where they make sense
   std::vector<LasRecord> records;  // VLRs, then EVLRs
   std::vector<std::string> warnings;
 

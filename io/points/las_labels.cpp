@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "engine/error.h"
+#include "io/files/atomic_file.h"
 #include "io/points/buffer_pool.h"
 #include "io/points/las.h"
 #include "io/points/las_header.h"
-#include "io/points/output_file.h"
 
 namespace btms {
 namespace {
@@ -84,7 +84,7 @@ class LasLabels final : public LabelWriter {
 
   InputFile input_;
   LasHeader header_;
-  OutputFile output_;
+  AtomicFile output_;
   BufferPool pool_;
   std::atomic<std::uint64_t> labelled_ = 0;
 };

@@ -8,8 +8,8 @@
 
 #include "engine/error.h"
 #include "engine/lattice/coordinates.h"
+#include "io/files/atomic_file.h"
 #include "io/points/little_endian.h"
-#include "io/points/output_file.h"
 
 namespace btms {
 namespace {
@@ -113,7 +113,7 @@ class Writer final : public LasWriter {
     output_.write(kHeaderBytes, vlr);
   }
 
-  OutputFile output_;
+  AtomicFile output_;
   std::string wkt_;
   std::uint64_t points_offset_ = 0, written_to_ = 0, count_ = 0;
   std::array<std::int64_t, 3> offset_mm_{}, least_{}, most_{};

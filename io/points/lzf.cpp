@@ -52,7 +52,8 @@ LzfStep lzf_decode(std::span<const std::uint8_t> input, std::span<std::uint8_t> 
   return step;
 }
 
-LzfRange::LzfRange(const InputFile& file, std::uint64_t offset, std::uint64_t input_bytes, std::uint64_t output_bytes) {
+LzfRange::LzfRange(const InputFile& file, std::uint64_t offset, std::uint64_t input_bytes, std::uint64_t output_bytes,
+                   const Sink& sink) {
   const InputFile::Session session = file.open();
   const std::uint64_t end = offset + input_bytes;
   std::vector<std::uint8_t> input(kInputBlock), output(kHistory + kSpacing + kLongestCopy);
@@ -66,6 +67,7 @@ LzfRange::LzfRange(const InputFile& file, std::uint64_t offset, std::uint64_t in
     const std::uint64_t next_mark = marks_.back().output + kSpacing;
     const std::size_t room = std::min<std::uint64_t>(next_mark - produced + kLongestCopy, output_bytes - produced);
     const LzfStep step = lzf_decode(std::span(input).first(n), std::span(output).first(history + room), history);
+    if (sink) sink(produced, std::span(output).subspan(history, step.produced));
     at += step.consumed;
     produced += step.produced;
     if (step.bad_reference) file.refuse("compressed data refer to bytes before their start", at);

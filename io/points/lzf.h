@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -14,7 +15,10 @@ namespace btms {
 class LzfRange {
  public:
   // Throws Error(kBadInput) when the range does not decode to exactly `output_bytes`, naming the offset in the file.
-  LzfRange(const InputFile& file, std::uint64_t offset, std::uint64_t input_bytes, std::uint64_t output_bytes);
+  // The output passes through `sink` piece by piece, with the place of each.
+  using Sink = std::function<void(std::uint64_t from, std::span<const std::uint8_t> output)>;
+  LzfRange(const InputFile& file, std::uint64_t offset, std::uint64_t input_bytes, std::uint64_t output_bytes,
+           const Sink& sink = {});
 
   // Decodes output [from, from + to.size()) into `to`. `scratch` is reused between calls.
   void read(const InputFile& file, const InputFile::Session& session, std::uint64_t from, std::span<std::uint8_t> to,

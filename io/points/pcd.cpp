@@ -1,20 +1,23 @@
 #include "io/points/pcd.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cstdlib>
+#include <cstring>
 #include <optional>
+#include <utility>
 
 #include "io/points/little_endian.h"
 #include "io/points/lzf.h"
 #include "io/points/millimetres.h"
 #include "io/points/pcd_ascii.h"
 #include "io/points/pcd_header.h"
+#include "io/points/records.h"
 
 namespace btms {
 namespace {
 
-constexpr std::size_t kReadBytes = std::size_t{1} << 18;
 constexpr const char* kDataNames[] = {"ascii", "binary", "binary_compressed"};
 
 // Metres, one axis after the other. A float is exact in double and so is 1000 times it; a double loses at most 1e-5 mm.
@@ -32,6 +35,27 @@ struct Metres {
   void round(std::size_t n, PointBlock& block, std::size_t at) const {
     round_into<double>({{axis[0], 1000, 0}, {axis[1], 1000, 0}, {axis[2], 1000, 0}}, n, block, at);
   }
+};
+
+// What compressed files may keep unpacked, all open ones together.
+class ColumnMemory {
+ public:
+  ColumnMemory() = default;
+  ColumnMemory(const ColumnMemory&) = delete;
+  ColumnMemory& operator=(const ColumnMemory&) = delete;
+  ~ColumnMemory() { used_bytes -= mine_bytes_; }
+  // False when it would be too much.
+  bool take(std::uint64_t bytes) {
+    mine_bytes_ = bytes;
+    if (used_bytes.fetch_add(bytes) + bytes <= kMost_bytes) return true;
+    used_bytes -= std::exchange(mine_bytes_, 0);
+    return false;
+  }
+
+ private:
+  static constexpr std::uint64_t kMost_bytes = std::uint64_t{1} << 28;
+  static inline std::atomic<std::uint64_t> used_bytes = 0;
+  std::uint64_t mine_bytes_ = 0;
 };
 
 class PcdFile final : public PointFile {
@@ -117,12 +141,36 @@ class PcdFile final : public PointFile {
                    header_.data_offset + 4);
     }
     warn_of_trailing(room - sizeof sizes - packed);
-    packed_.emplace(file_, header_.data_offset + sizeof sizes, packed, unpacked);
+    keep_columns(packed, unpacked);
+    packed_.emplace(file_, header_.data_offset + sizeof sizes, packed, unpacked,
+                    [&](std::uint64_t from, std::span<const std::uint8_t> output) { fill_columns(from, output); });
+  }
+
+  // Unpacked, all values of a field follow each other: field offset * points is where a column starts.
+  std::uint64_t column_start(std::size_t axis) const { return header_.xyz[axis].offset * header_.points; }
+
+  // Makes room for the coordinates, so that they are unpacked once; where there is too little, or the sizes are a lie
+  // (no instruction of 3 bytes makes more than 264), each read unpacks what it needs.
+  void keep_columns(std::uint64_t packed, std::uint64_t unpacked) {
+    constexpr std::uint64_t kMostExpansion = 88;
+    std::uint64_t bytes = 0;
+    for (const PcdField& field : header_.xyz) bytes += field.bytes * header_.points;
+    if (unpacked > kMostExpansion * packed || !memory_.take(bytes)) return;
+    for (std::size_t axis = 0; axis < 3; ++axis) columns_[axis].resize(header_.xyz[axis].bytes * header_.points);
+  }
+
+  void fill_columns(std::uint64_t from, std::span<const std::uint8_t> output) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::uint64_t start = column_start(axis), end = start + columns_[axis].size();
+      const std::uint64_t begin = std::max(from, start), stop = std::min(from + output.size(), end);
+      if (begin < stop) std::memcpy(&columns_[axis][begin - start], &output[begin - from], stop - begin);
+    }
   }
 
   // float32 has steps of 8 mm beyond 10^5 m, of 0.5 m at a northing of 5 * 10^6 m.
   void warn_of_coarse_floats() {
     constexpr std::int64_t kFar_mm = 100'000'000;
+    if (header_.data == PcdData::kAscii) return;  // read as double, whatever SIZE says
     if (header_.xyz[0].bytes != 4 && header_.xyz[1].bytes != 4) return;
     PointBlock block;
     read(0, std::min<std::uint64_t>(size(), 1024), block);
@@ -149,17 +197,8 @@ class PcdFile final : public PointFile {
   }
 
   void read_binary(std::uint64_t first, std::size_t count, PointBlock& block) const {
-    const std::size_t stride = header_.stride, most = std::max<std::size_t>(1, kReadBytes / stride);
-    const InputFile::Session session = file_.open();
-    for (std::size_t done = 0; done < count;) {
-      const std::size_t n = std::min(most, count - done);
-      if (block.bytes.size() < n * stride) block.bytes.resize(n * stride);
-      session.read(header_.data_offset + (first + done) * stride, {block.bytes.data(), n * stride});
-      for (std::size_t i = 0; i < n; i += kMmChunk)
-        unpack(block.bytes.data() + i * stride, std::min(kMmChunk, n - i), block, done + i);
-      done += n;
-    }
-    session.finish();
+    read_records(file_, {header_.data_offset, header_.stride}, first, count, block.bytes,
+                 [&](const std::uint8_t* records, std::size_t n, std::size_t at) { unpack(records, n, block, at); });
   }
 
   void unpack(const std::uint8_t* records, std::size_t n, PointBlock& block, std::size_t at) const {
@@ -171,14 +210,19 @@ class PcdFile final : public PointFile {
     chunk.round(n, block, at);
   }
 
-  // Unpacked, all values of a field follow each other: field offset * points is where a column starts.
   void read_compressed(std::uint64_t first, std::size_t count, PointBlock& block) const {
-    std::array<std::vector<std::uint8_t>, 3> columns;
+    std::array<std::vector<std::uint8_t>, 3> unpacked;
+    std::array<const std::uint8_t*, 3> columns{};
     const InputFile::Session session = file_.open();
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const PcdField& field = header_.xyz[axis];
-      columns[axis].resize(count * field.bytes);
-      packed_->read(file_, session, field.offset * header_.points + first * field.bytes, columns[axis], block.bytes);
+      const std::size_t bytes = header_.xyz[axis].bytes;
+      if (!columns_[axis].empty()) {
+        columns[axis] = columns_[axis].data() + first * bytes;
+        continue;
+      }
+      unpacked[axis].resize(count * bytes);
+      packed_->read(file_, session, column_start(axis) + first * bytes, unpacked[axis], block.bytes);
+      columns[axis] = unpacked[axis].data();
     }
     session.finish();
     Metres chunk;
@@ -186,7 +230,7 @@ class PcdFile final : public PointFile {
       const std::size_t n = std::min(kMmChunk, count - done);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::size_t bytes = header_.xyz[axis].bytes;
-        chunk.unpack(axis, columns[axis].data() + done * bytes, bytes, bytes, n);
+        chunk.unpack(axis, columns[axis] + done * bytes, bytes, bytes, n);
       }
       chunk.round(n, block, done);
     }
@@ -196,6 +240,8 @@ class PcdFile final : public PointFile {
   PcdHeader header_;
   std::optional<PcdLines> lines_;   // ascii only
   std::optional<LzfRange> packed_;  // binary_compressed only
+  ColumnMemory memory_;
+  std::array<std::vector<std::uint8_t>, 3> columns_;  // x, y, z of a compressed file, unpacked; empty without memory
   PointFileInfo info_;
 };
 

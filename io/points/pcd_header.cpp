@@ -92,13 +92,14 @@ class Parser {
     const Entry &fields = entry("FIELDS"), &sizes = entry("SIZE"), &types = entry("TYPE"), &counts = entry("COUNT");
     const std::size_t n = fields.words.size();
     if (n == 0) refuse(fields, "no FIELDS in the header; expected x, y and z among them");
-    for (const auto& [keyword, list] :
-         {std::pair("SIZE", &sizes), std::pair("TYPE", &types), std::pair("COUNT", &counts)}) {
-      if (list == &counts && counts.line == 0) continue;  // optional: 1 for every field
-      if (list->words.size() != n)
-        refuse(*list, std::string(keyword) + " has " + std::to_string(list->words.size()) + " entries, FIELDS " +
-                          std::to_string(n));
-    }
+    const auto check_length = [&](const char* keyword, const Entry& list) {
+      if (list.words.size() == n) return;
+      refuse(list, std::string(keyword) + " has " + std::to_string(list.words.size()) + " entries, FIELDS " +
+                       std::to_string(n));
+    };
+    check_length("SIZE", sizes);
+    check_length("TYPE", types);
+    if (counts.line != 0) check_length("COUNT", counts);  // optional: 1 for every field
     std::array<int, 3> seen{};
     for (std::size_t i = 0; i < n; ++i) {
       const std::uint64_t bytes = number(sizes, sizes.words[i], 1, 8);

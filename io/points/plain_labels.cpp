@@ -5,9 +5,9 @@
 #include <atomic>
 
 #include "engine/error.h"
+#include "io/files/atomic_file.h"
 #include "io/points/input_file.h"
 #include "io/points/little_endian.h"
-#include "io/points/output_file.h"
 
 namespace btms {
 namespace {
@@ -53,7 +53,7 @@ class PlainLabels final : public LabelWriter {
  private:
   const std::uint64_t points_;
   const Values<Number> values_;
-  OutputFile output_;
+  AtomicFile output_;
   std::atomic<std::uint64_t> labelled_ = 0;
 };
 

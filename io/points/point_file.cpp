@@ -1,10 +1,7 @@
 #include "io/points/point_file.h"
 
-#include <algorithm>
-#include <array>
-#include <cctype>
-
 #include "engine/error.h"
+#include "io/points/extension.h"
 #include "io/points/kitti.h"
 #include "io/points/las.h"
 #include "io/points/pcd.h"
@@ -36,13 +33,6 @@ constexpr ClassFormat kClassFormats[] = {
     {".label", read_kitti_classes},
     {".labels", read_byte_classes},
 };
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string text = path.extension().string();
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 template <typename Row, std::size_t n>
 const Row& row_for(const Row (&table)[n], const std::filesystem::path& path) {

@@ -1,9 +1,40 @@
 #include "io/store/cf_file.h"
 
-#include "io/store/cf_attributes.h"
+#include <hdf5_hl.h>
+
+#include <cmath>
+#include <cstddef>
 
 namespace btms {
 namespace {
+
+// Attributes in the forms netCDF expects: a fixed-length, null-terminated string in a scalar space,
+void write_text(hid_t object, const char* name, const std::string& text) {
+  const Hdf5Type type(H5Tcopy(H5T_C_S1), "create a string type");
+  hdf5_check(H5Tset_size(type.get(), text.size() + 1), "size a string type");
+  const Hdf5Space space(H5Screate(H5S_SCALAR), "create a space");
+  Hdf5Attribute attribute(H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
+                          "create an attribute");
+  hdf5_check(H5Awrite(attribute.get(), type.get(), text.c_str()), "write an attribute");
+  attribute.close();
+}
+
+// and numbers in one dimension, also for a single value.
+void write_numbers(hid_t object, const char* name, hid_t type, const void* values, std::size_t n = 1) {
+  const hsize_t extent = n;
+  const Hdf5Space space(H5Screate_simple(1, &extent, nullptr), "create a space");
+  Hdf5Attribute attribute(H5Acreate2(object, name, type, space.get(), H5P_DEFAULT, H5P_DEFAULT), "create an attribute");
+  hdf5_check(H5Awrite(attribute.get(), type, values), "write an attribute");
+  attribute.close();
+}
+
+void write_number(hid_t object, const char* name, double value) { write_numbers(object, name, H5T_IEEE_F64LE, &value); }
+
+hobj_ref_t reference_to(hid_t dataset) {
+  hobj_ref_t reference{};
+  hdf5_check(H5Rcreate(&reference, dataset, ".", H5R_OBJECT, -1), "refer to an object");
+  return reference;
+}
 
 constexpr unsigned kOrder = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
 
@@ -27,6 +58,14 @@ hid_t file_type(Element e) {
   }
 }
 
+// As UDUNITS has it; nullptr for what is none of these: crs_wkt says it then.
+const char* unit_name(double unit_m) {
+  constexpr double kUsSurveyFoot_m = 1200.0 / 3937.0;
+  if (unit_m == 1) return "m";
+  if (unit_m == 0.3048) return "foot";
+  return std::abs(unit_m - kUsSurveyFoot_m) < 1e-12 ? "US_survey_foot" : nullptr;
+}
+
 void describe_states(hid_t layer) {
   constexpr std::uint8_t kValues[] = {0, 1, 2, 3};
   write_numbers(layer, "flag_values", H5T_STD_U8LE, kValues, 4);
@@ -34,6 +73,48 @@ void describe_states(hid_t layer) {
 }
 
 }  // namespace
+
+CfAxis::CfAxis(Hdf5Dataset&& axis, const char* name) : dataset_(std::move(axis)) {
+  hdf5_check(H5DSset_scale(dataset_.get(), name), "make an axis");
+}
+
+void CfAxis::close() {
+  if (!uses_.empty()) {
+    const Hdf5Type type(H5Tcreate(H5T_COMPOUND, sizeof(Use)), "create a type");
+    hdf5_check(H5Tinsert(type.get(), "dataset", offsetof(Use, layer), H5T_STD_REF_OBJ), "create a type");
+    hdf5_check(H5Tinsert(type.get(), "dimension", offsetof(Use, dimension), H5T_NATIVE_INT), "create a type");
+    const hsize_t extent = uses_.size();
+    const Hdf5Space space(H5Screate_simple(1, &extent, nullptr), "create a space");
+    // The in-memory type has padding; the stored one must not, or its bytes would not be the same every time.
+    Hdf5Type packed(H5Tcopy(type.get()), "create a type");
+    hdf5_check(H5Tpack(packed.get()), "pack a type");
+    Hdf5Attribute list(
+        H5Acreate2(dataset_.get(), "REFERENCE_LIST", packed.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
+        "create an attribute");
+    hdf5_check(H5Awrite(list.get(), type.get(), uses_.data()), "write an attribute");
+    list.close();
+  }
+  dataset_.close();
+}
+
+void CfAxis::attach(hid_t layer, std::span<CfAxis* const> axes) {
+  const Hdf5Type type(H5Tvlen_create(H5T_STD_REF_OBJ), "create a type");
+  const hsize_t extent = axes.size();
+  const Hdf5Space space(H5Screate_simple(1, &extent, nullptr), "create a space");
+  const hobj_ref_t own = reference_to(layer);
+  std::vector<hobj_ref_t> references;
+  references.reserve(axes.size());
+  std::vector<hvl_t> lists;
+  for (std::size_t d = 0; d < axes.size(); ++d) {
+    references.push_back(reference_to(axes[d]->dataset_.get()));
+    lists.push_back({1, &references.back()});
+    axes[d]->uses_.push_back({own, static_cast<int>(d)});
+  }
+  Hdf5Attribute list(H5Acreate2(layer, "DIMENSION_LIST", type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
+                     "create an attribute");
+  hdf5_check(H5Awrite(list.get(), type.get(), lists.data()), "write an attribute");
+  list.close();
+}
 
 Hdf5Space layer_space(const LayerInfo& layer, const LayerShape& s) {
   const hsize_t extent[] = {s.planes, s.rows, s.cols};
@@ -80,12 +161,8 @@ CfAxis CfFile::add_axis(hid_t place, const char* name, bool north_south, const s
   write_text(axis.get(), "standard_name",
              degrees ? (north_south ? "latitude" : "longitude")
                      : (north_south ? "projection_y_coordinate" : "projection_x_coordinate"));
-  // 0.3048 m is the foot; the other foot in use is the US survey foot.
-  write_text(axis.get(), "units",
-             degrees            ? (north_south ? "degrees_north" : "degrees_east")
-             : unit_m == 1      ? "m"
-             : unit_m == 0.3048 ? "foot"
-                                : "US_survey_foot");
+  const char* unit = degrees ? (north_south ? "degrees_north" : "degrees_east") : unit_name(unit_m);
+  if (unit) write_text(axis.get(), "units", unit);
   write_text(axis.get(), "axis", north_south ? "Y" : "X");
   write_text(axis.get(), "long_name", north_south ? "northing" : "easting");
   return {std::move(axis), name};
@@ -147,7 +224,7 @@ Hdf5Dataset CfFile::add_layer(const LayerInfo& layer, const std::function<void(h
 
   const bool corners = layer.raster == Raster::kPerCorner;
   CfAxis* const axes[] = {&tri_, corners ? &y_corner_ : &y_, corners ? &x_corner_ : &x_};
-  attach_axes(data.get(), layer.raster == Raster::kPerTriangle ? std::span(axes) : std::span(axes).subspan(1));
+  CfAxis::attach(data.get(), layer.raster == Raster::kPerTriangle ? std::span(axes) : std::span(axes).subspan(1));
   return data;
 }
 

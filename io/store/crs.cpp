@@ -116,6 +116,22 @@ void add_ellipsoid(PJ_CONTEXT* context, const PJ* horizontal, Crs& crs) {
   }
 }
 
+// Metres per unit of the heights of a compound or three-dimensional system; 0 when it has none.
+double vertical_unit(PJ_CONTEXT* context, const PJ* whole, const PJ* horizontal_system) {
+  double unit_m = 0;
+  const auto read_axis = [&](const PJ* system, int axis) {
+    proj_cs_get_axis_info(context, system, axis, nullptr, nullptr, nullptr, &unit_m, nullptr, nullptr, nullptr);
+  };
+  if (proj_get_type(whole) == PJ_TYPE_COMPOUND_CRS) {
+    const Object part(proj_crs_get_sub_crs(context, whole, 1));
+    const Object system(part ? proj_crs_get_coordinate_system(context, part.get()) : nullptr);
+    if (system) read_axis(system.get(), 0);
+  } else if (horizontal_system && proj_cs_get_axis_count(context, horizontal_system) == 3) {
+    read_axis(horizontal_system, 2);
+  }
+  return unit_m;
+}
+
 }  // namespace
 
 Crs describe_crs(const std::string& text) {
@@ -155,6 +171,7 @@ Crs describe_crs(const std::string& text) {
 
   const Object system(proj_crs_get_coordinate_system(context.get(), horizontal));
   double unit = 1;
+  crs.vertical_unit_m = vertical_unit(context.get(), object.get(), system.get());
   if (system && proj_cs_get_axis_count(context.get(), system.get()) == 3)
     crs.height_standard_name = "height_above_reference_ellipsoid";
   if (system &&

@@ -15,6 +15,7 @@ struct Crs {
   std::vector<std::pair<std::string, double>> parameters;  // CF attribute names
   bool is_geographic = false;                              // coordinates are angles
   double linear_unit_m = 1;                                // metres per unit of x and y; 1 when geographic
+  double vertical_unit_m = 0;                              // metres per unit of stated heights; 0: none are stated
   std::string height_standard_name;                        // CF name of heights, or empty when unknown
 };
 

@@ -10,6 +10,28 @@ constexpr int kMaxDepth = 8;
 
 [[noreturn]] void bad(const std::string& why) { throw Error(ErrorCode::kBadInput, why); }
 
+// By a scan over the bytes: the parser's callback could tell the depth, too, but takes time with the square of an
+// array's length.
+void check_depth(std::span<const std::uint8_t> text) {
+  int depth = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::uint8_t c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      in_string = c != '"';
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '[' || c == '{') {
+      if (++depth > kMaxDepth) bad("nested too deeply");
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+}
+
+}  // namespace
+
 std::uint64_t hex_value(const std::string& digits, const char* name) {
   std::uint64_t value = 0;
   for (const char c : digits) {
@@ -20,15 +42,10 @@ std::uint64_t hex_value(const std::string& digits, const char* name) {
   return value;
 }
 
-}  // namespace
-
 Json parse_json(std::span<const std::uint8_t> text) {
-  const auto limit_depth = [](int depth, Json::parse_event_t, Json&) {
-    if (depth > kMaxDepth) bad("nested too deeply");
-    return true;
-  };
+  check_depth(text);
   try {
-    return Json::parse(text.begin(), text.end(), limit_depth);
+    return Json::parse(text.begin(), text.end());
   } catch (const Json::parse_error& e) {
     bad("not JSON from byte " + std::to_string(e.byte) + " on: damaged, or cut off");
   } catch (const Json::exception&) {

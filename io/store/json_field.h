@@ -22,6 +22,8 @@ const Json& array_member(const Json& object, const char* name);
 std::string text_member(const Json& object, const char* name);
 std::int64_t integer(const Json& value, const char* name, std::int64_t min, std::int64_t max);
 std::int64_t integer_member(const Json& object, const char* name, std::int64_t min, std::int64_t max);
+// Of lower-case digits, at most 16; `name` is for the message.
+std::uint64_t hex_value(const std::string& digits, const char* name);
 std::uint64_t hash_member(const Json& object, const char* name);
 Digest digest_member(const Json& object, const char* name);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string_view>
 
 #include "engine/error.h"
 #include "io/store/cf_file.h"
@@ -156,11 +157,16 @@ Manifest parse_head(const Json& root) {
   return m;
 }
 
-void check_own_hash(std::span<const std::uint8_t> text, const Json& root) {
+// Before anything is parsed: what is not whole is malformed, what is whole and changed fails verification.
+void check_own_hash(std::span<const std::uint8_t> text) {
   constexpr std::size_t kPrefix = sizeof kHashPrefix - 1;
   if (text.size() < kHashedFrom || !std::equal(kHashPrefix, kHashPrefix + kPrefix, text.begin()))
-    bad("\"xxh3\" is not the first member");
-  const std::uint64_t found = xxh3_64(text.subspan(kHashedFrom)), stated = hash_member(root, "xxh3");
+    bad("\"xxh3\" is not the first member: not a B-TMS map");
+  constexpr std::string_view kEnd = "]}\n";
+  if (text.size() < kHashedFrom + kEnd.size() || !std::equal(kEnd.begin(), kEnd.end(), text.end() - kEnd.size()))
+    bad("the text ends too early");
+  const std::string digits(text.begin() + kPrefix, text.begin() + kHashedFrom);
+  const std::uint64_t found = xxh3_64(text.subspan(kHashedFrom)), stated = hex_value(digits, "xxh3");
   if (found != stated)
     throw Error(ErrorCode::kVerification, "manifest hashes to " + hex64(found) + " but states " + hex64(stated));
 }
@@ -209,8 +215,8 @@ std::string manifest_text(const Manifest& m) {
 
 Manifest parse_manifest(std::span<const std::uint8_t> text, const std::string& file) {
   try {
+    check_own_hash(text);
     const Json root = parse_json(text);
-    check_own_hash(text, root);
     Manifest m = parse_head(root);
     m.shards = parse_shards(array_member(root, "shards"), m.info.layout);
     Digest sum;

@@ -1,9 +1,17 @@
 #include "io/store/map_folder.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <charconv>
+#include <string_view>
+
 #include "engine/error.h"
-#include "io/store/commit.h"
+#include "io/files/atomic_file.h"
+#include "io/files/read_file.h"
 #include "io/store/manifest.h"
-#include "io/store/map_nc.h"
 
 namespace btms {
 namespace {
@@ -22,17 +30,34 @@ std::vector<std::string> names_in(const fs::path& folder) {
 void remove_names(const fs::path& folder, const auto& unwanted) {
   std::error_code ignored;
   for (const std::string& name : names_in(folder))
-    if (unwanted(name)) fs::remove(folder / name, ignored);
+    if (unwanted(name) && fs::is_regular_file(fs::symlink_status(folder / name, ignored)))
+      fs::remove(folder / name, ignored);
 }
-
-// Only ever delete what a MapWriter could have written.
-bool is_shard_name(const std::string& name) { return name.starts_with("x") && name.ends_with(".nc"); }
 
 // A folder without a manifest may be written to when it holds nothing but the rest of a killed or running first build.
 bool holds_foreign_files(const fs::path& folder) {
   for (const std::string& name : names_in(folder))
-    if (name != kShardFolder && name != kMapNc && !name.starts_with(kTemporaryPrefix)) return true;
+    if (name != kShardFolder && !is_temporary_name(name)) return true;
+  for (const std::string& name : names_in(folder / kShardFolder))
+    if (!shard_revision(name) && !is_temporary_name(name)) return true;
   return false;
+}
+
+Descriptor open_folder(const fs::path& folder) {
+  return Descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+}
+
+// Whether `folder` is still the name of what was opened.
+bool is_same(const Descriptor& fd, const fs::path& folder) {
+  struct stat opened {
+  }, named{};
+  return ::fstat(fd.get(), &opened) == 0 && ::stat(folder.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
+
+Manifest read_manifest(const fs::path& folder) {
+  const fs::path file = folder / kManifest;
+  return parse_manifest(read_file(file, kMaxManifest_bytes, ErrorCode::kBadInput), file.string());
 }
 
 }  // namespace
@@ -41,18 +66,65 @@ int shard_block(const MapLayout& layout) { return block_edge_tiles(layout.grid);
 
 TileId shard_of(const MapLayout& layout, TileId tile) { return block_of(layout.grid, tile); }
 
-std::uint64_t start_revision(const fs::path& folder, int rank) {
+std::string shard_file_name(TileId id, std::uint64_t revision) {
+  std::string name = "x";
+  name.append(std::to_string(id.tx)).append("_y").append(std::to_string(id.ty));
+  return name.append(".r").append(std::to_string(revision)).append(".nc");
+}
+
+std::optional<std::uint64_t> shard_revision(const std::string& name) {
+  TileId id;
+  std::uint64_t revision = 0;
+  std::string_view rest = name;
+  const auto take = [&rest](std::string_view before, auto& number) {
+    if (!rest.starts_with(before)) return false;
+    rest.remove_prefix(before.size());
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    return error == std::errc();
+  };
+  if (!take("x", id.tx) || !take("_y", id.ty) || !take(".r", revision)) return {};
+  if (name != shard_file_name(id, revision)) return {};  // the one way to write it
+  return revision;
+}
+
+void make_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (!fs::is_directory(folder)) {
-    if (fs::exists(folder)) throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
-    throw Error(ErrorCode::kFailed, "could not create the folder: " + error.message(), folder.string());
+  if (fs::is_directory(folder)) return;
+  if (fs::exists(folder)) throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
+  throw Error(ErrorCode::kFailed, "could not create the folder: " + error.message(), folder.string());
+}
+
+Descriptor lock_folder(const fs::path& folder) {
+  // A build that is given up removes its folder, perhaps between our opening and locking it.
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    make_folder(folder);
+    Descriptor fd = open_folder(folder);
+    if (fd.get() < 0) {
+      if (errno == ENOENT) continue;
+      throw Error(ErrorCode::kFailed, "could not open the folder: " + std::generic_category().message(errno),
+                  folder.string());
+    }
+    if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) break;
+    if (is_same(fd, folder)) return fd;
   }
+  throw Error(ErrorCode::kFailed, "another build is writing here; wait for it, or choose another name",
+              folder.string());
+}
+
+std::optional<Descriptor> share_unlocked_folder(const fs::path& folder) {
+  Descriptor fd = open_folder(folder);
+  if (fd.get() < 0 || ::flock(fd.get(), LOCK_SH | LOCK_NB) != 0 || !is_same(fd, folder)) return {};
+  return fd;
+}
+
+std::uint64_t start_revision(const fs::path& folder) {
+  make_folder(folder);
   std::uint64_t revision = 1;
   if (fs::exists(folder / kManifest)) {
     try {
-      const auto text = read_file(folder / kManifest, kMaxManifest_bytes, ErrorCode::kBadInput);
-      revision = parse_manifest(text, (folder / kManifest).string()).info.revision + 1;
+      revision = read_manifest(folder).info.revision + 1;
     } catch (const Error& e) {
       if (e.code() == ErrorCode::kFailed) throw;
       throw Error(
@@ -63,22 +135,33 @@ std::uint64_t start_revision(const fs::path& folder, int rank) {
   } else if (holds_foreign_files(folder)) {
     throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
   }
+  std::error_code error;
   fs::create_directories(folder / kShardFolder, error);
   if (error)
     throw Error(ErrorCode::kFailed, "could not create the folder: " + error.message(),
                 (folder / kShardFolder).string());
-  const std::string own = kTemporaryPrefix + std::to_string(rank) + "-";
-  for (const fs::path& place : {folder, folder / kShardFolder})
-    remove_names(place, [&](const std::string& name) { return name.starts_with(own); });
   return revision;
 }
 
+std::uint64_t published_revision(const fs::path& folder) {
+  try {
+    return read_manifest(folder).info.revision;
+  } catch (const std::exception&) {
+    return 0;
+  }
+}
+
 void remove_unreferenced(const fs::path& folder, const std::set<std::string>& keep) {
-  const auto temporary = [](const std::string& name) { return name.starts_with(kTemporaryPrefix); };
-  remove_names(folder, temporary);
-  remove_names(folder / kShardFolder, [&](const std::string& name) {
-    return temporary(name) || (is_shard_name(name) && !keep.contains(name));
-  });
+  remove_stale_temporaries(folder);
+  remove_stale_temporaries(folder / kShardFolder);
+  remove_names(folder / kShardFolder,
+               [&](const std::string& name) { return shard_revision(name) && !keep.contains(name); });
+}
+
+void remove_revision(const fs::path& folder, std::uint64_t revision) {
+  remove_stale_temporaries(folder);
+  remove_stale_temporaries(folder / kShardFolder);
+  remove_names(folder / kShardFolder, [&](const std::string& name) { return shard_revision(name) == revision; });
 }
 
 void remove_if_empty(const fs::path& folder) {

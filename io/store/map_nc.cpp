@@ -1,6 +1,7 @@
 #include "io/store/map_nc.h"
 
 #include "io/store/cf_file.h"
+#include "io/store/map_folder.h"
 
 namespace btms {
 namespace {

@@ -11,8 +11,6 @@
 
 namespace btms {
 
-inline constexpr char kShardFolder[] = "shards";
-
 // Longest side map.nc can have: its axes are written out in full.
 inline constexpr std::int64_t kMaxMapSide_cells = std::int64_t{1} << 23;
 

@@ -4,10 +4,10 @@
 #include <unordered_map>
 
 #include "engine/error.h"
-#include "io/store/commit.h"
+#include "io/files/read_file.h"
 #include "io/store/hash.h"
+#include "io/store/manifest.h"
 #include "io/store/map_folder.h"
-#include "io/store/map_nc.h"
 #include "io/store/shard_assembly.h"
 #include "io/store/shard_file.h"
 

@@ -34,14 +34,15 @@ struct MapInfo {
 
 // Writes one revision of a map. put() is thread-safe: tiles are encoded in the calling thread, only the HDF5 call is
 // serialised. A shard is one tile, or a block of tiles when tiles are small; it is written under a temporary name,
-// closed with every return code checked, fsynced and renamed. Nothing of the map can be opened before publish(); a
-// writer that is destroyed before it removes what it has written (an older map in the same folder is left as it was).
+// closed with every return code checked, fsynced and renamed. Nothing of the map can be opened before publish(); when
+// rank 0's writer is destroyed before it, what every rank has written is removed (an older map in the same folder is
+// left as it was). Rank 0's writer locks the folder against other builds, never against readers.
 // Tiles with an empty box are not stored.
 class MapWriter : public TileSink {
  public:
-  // `rank` keeps temporary names of several processes apart. `crs`, WKT or "EPSG:n", georeferences the shards; give the
-  // same to publish(). Throws Error(kFailed), Error(kUsage) when `folder` exists and is not a map, or what
-  // describe_crs() throws.
+  // No rank may put() before rank 0's writer exists, which takes the lock. `crs`, WKT or "EPSG:n", georeferences the
+  // shards; give the same to publish(). Throws Error(kFailed), also when another build writes to `folder`,
+  // Error(kUsage) when it exists and is not a map, or what describe_crs() throws.
   static std::unique_ptr<MapWriter> create(const std::filesystem::path& folder, const MapLayout& layout, int rank = 0,
                                            const std::string& crs = {});
 
@@ -51,8 +52,8 @@ class MapWriter : public TileSink {
   virtual std::vector<std::uint8_t> finish() = 0;
 
   // Rank 0: writes manifest and map.nc from every rank's finish() bytes, and renames the manifest into place: the
-  // commit point. Shards of an older revision are deleted after that. Layout, revision and digest of `info` are filled
-  // in here, and its CRS is normalised. Every rank must have finished.
+  // commit point, then map.nc. Shards of an older revision are deleted after that. Layout, revision and digest of
+  // `info` are filled in here, and its CRS is normalised. Every rank must have finished.
   virtual void publish(const MapInfo& info, const std::vector<std::vector<std::uint8_t>>& entries) = 0;
 };
 

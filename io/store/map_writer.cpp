@@ -1,11 +1,9 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <mutex>
 #include <set>
 
 #include "engine/error.h"
-#include "io/store/commit.h"
+#include "io/files/atomic_file.h"
 #include "io/store/hash.h"
 #include "io/store/map_folder.h"
 #include "io/store/map_nc.h"
@@ -19,13 +17,6 @@ namespace fs = std::filesystem;
 
 std::string tile_text(TileId id) { return std::to_string(id.tx).append(",").append(std::to_string(id.ty)); }
 
-// Unlike any name of another revision, so that both can lie in one folder.
-std::string shard_file_name(TileId id, std::uint64_t revision) {
-  std::string name = "x";
-  name.append(std::to_string(id.tx)).append("_y").append(std::to_string(id.ty));
-  return name.append(".r").append(std::to_string(revision)).append(".nc");
-}
-
 class FolderWriter final : public MapWriter {
  public:
   FolderWriter(const fs::path& folder, const MapLayout& layout, int rank, std::optional<Crs> crs)
@@ -34,13 +25,18 @@ class FolderWriter final : public MapWriter {
         rank_(rank),
         crs_(std::move(crs)),
         block_(shard_block(layout)),
-        revision_(start_revision(folder, rank)) {}
+        lock_(rank == 0 ? lock_folder(folder) : Descriptor()),
+        revision_(start_revision(folder)) {}
 
   ~FolderWriter() override {
-    if (published_ || (finished_ && rank_ != 0)) return;
     staged_.clear();
-    for (const ShardEntry& s : shards_) ::unlink(shard_path(s.file).c_str());
-    remove_if_empty(folder_);
+    if (rank_ == 0) {
+      if (!published_) give_up();
+      return;
+    }
+    // As long as rank 0 lives, it has the lock and cares for what every rank has written.
+    const auto lock = share_unlocked_folder(folder_);
+    if (lock && published_revision(folder_) < revision_) give_up();
   }
 
   void put(TileId id, TerrainTile&& tile) override {
@@ -56,7 +52,7 @@ class FolderWriter final : public MapWriter {
   std::vector<std::uint8_t> finish() override {
     for (auto& [id, tiles] : pending_) write_shard(id, std::move(tiles));
     pending_.clear();
-    for (StagedFile& staged : staged_) staged.commit();
+    for (AtomicFile& staged : staged_) staged.place();
     staged_.clear();
     if (failed_) throw Error(ErrorCode::kFailed, "a tile could not be stored, the map is incomplete", folder_.string());
     std::sort(shards_.begin(), shards_.end(), [](const ShardEntry& a, const ShardEntry& b) { return a.id < b.id; });
@@ -83,19 +79,21 @@ class FolderWriter final : public MapWriter {
     m.info.crs_wkt = crs_ ? crs_->wkt : "";
 
     sync_folder(folder_ / kShardFolder);  // the names of every rank's shards
-    // map.nc first: it is a view, the manifest decides what the map is.
-    const std::vector<std::uint8_t> view = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
-    std::optional<StagedFile> staged_view;
-    if (!view.empty()) staged_view.emplace(folder_ / temporary(kMapNc), folder_ / kMapNc, view);
+    const std::vector<std::uint8_t> view_bytes = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
     const std::string text = manifest_text(m);
-    StagedFile manifest(folder_ / temporary(kManifest), folder_ / kManifest,
-                        {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-    if (staged_view)
-      staged_view->commit();
-    else
-      ::unlink((folder_ / kMapNc).c_str());
-    manifest.commit();
+    std::optional<AtomicFile> view;
+    if (!view_bytes.empty()) view.emplace(stage(folder_ / kMapNc, view_bytes));
+    AtomicFile manifest = stage(folder_ / kManifest, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    if (view) view->sync();  // nothing is left that a full disk could stop
+    // The manifest first: it decides what the map is, map.nc is a view.
+    manifest.place();
     published_ = true;
+    sync_folder(folder_);
+    std::error_code ignored;
+    if (view)
+      view->place();
+    else
+      fs::remove(folder_ / kMapNc, ignored);
     sync_folder(folder_);
 
     std::set<std::string> keep;
@@ -141,31 +139,44 @@ class FolderWriter final : public MapWriter {
     entry.bytes = encoded.file.size();
     entry.file_xxh3 = xxh3_64(encoded.file);
     entry.values_xxh3 = encoded.values_xxh3;
-    StagedFile file(folder_ / kShardFolder / temporary(entry.file), shard_path(entry.file), encoded.file);
-    std::vector<StagedFile> batch;
+    AtomicFile file = stage(shard_path(entry.file), encoded.file);
+    std::vector<AtomicFile> batch;
     {
       const std::lock_guard lock(mutex_);
       shards_.push_back(std::move(entry));
       staged_.push_back(std::move(file));
       if (staged_.size() == kBatch) batch.swap(staged_);
     }
-    for (StagedFile& staged : batch) staged.commit();
+    for (AtomicFile& staged : batch) staged.place();
   }
 
-  std::string temporary(const std::string& name) const { return kTemporaryPrefix + std::to_string(rank_) + "-" + name; }
+  // Written and read back, but not durable yet.
+  static AtomicFile stage(const fs::path& path, std::span<const std::uint8_t> bytes) {
+    AtomicFile file(path);
+    file.write(0, bytes);
+    file.check(bytes);
+    return file;
+  }
+
+  void give_up() const {
+    remove_revision(folder_, revision_);
+    remove_if_empty(folder_);
+  }
+
   fs::path shard_path(const std::string& file) const { return folder_ / kShardFolder / file; }
 
   const fs::path folder_;
   const MapLayout layout_;
   const int rank_;
   std::optional<Crs> crs_;
-  const int block_;  // a shard is block_ x block_ tiles
+  const int block_;        // a shard is block_ x block_ tiles
+  const Descriptor lock_;  // rank 0: held until the end
   const std::uint64_t revision_;
   std::mutex mutex_;  // guards what follows
   std::set<TileId> seen_;
   std::map<TileId, std::vector<PlacedTile>> pending_;  // shards that wait for more tiles
   std::vector<ShardEntry> shards_;
-  std::vector<StagedFile> staged_;  // written, not yet durable
+  std::vector<AtomicFile> staged_;  // written, not yet durable
   bool failed_ = false, finished_ = false, published_ = false;
 };
 

@@ -1,14 +1,43 @@
 #include "io/store/shard_file.h"
 
+#include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "io/store/cf_file.h"
 #include "io/store/chunk_codec.h"
-#include "io/store/chunks.h"
 #include "io/store/hash.h"
 
 namespace btms {
 namespace {
+
+// Rasters cut into chunks of equal shape; chunks that reach over the edge are filled up.
+
+// Copies between a raster and one chunk, row by row: copy(raster bytes, chunk bytes, length) for the part both cover.
+template <class Copy>
+void each_chunk_row(const LayerShape& raster, const LayerShape& chunk, std::size_t row0, std::size_t col0,
+                    std::size_t element, Copy&& copy) {
+  const std::size_t rows = std::min(chunk.rows, raster.rows - row0), cols = std::min(chunk.cols, raster.cols - col0);
+  for (std::size_t plane = 0; plane < raster.planes; ++plane)
+    for (std::size_t row = 0; row < rows; ++row)
+      copy(((plane * raster.rows + row0 + row) * raster.cols + col0) * element,
+           (plane * chunk.rows + row) * chunk.cols * element, cols * element);
+}
+
+// Calls fn(row0, col0) for every chunk.
+template <class Fn>
+void each_chunk(const LayerShape& raster, const LayerShape& chunk, Fn&& fn) {
+  for (std::size_t row0 = 0; row0 < raster.rows; row0 += chunk.rows)
+    for (std::size_t col0 = 0; col0 < raster.cols; col0 += chunk.cols) fn(row0, col0);
+}
+
+// `bytes` filled with copies of `value`; doubling what is there beats copying single elements.
+void fill_with(std::span<std::uint8_t> bytes, std::span<const std::uint8_t> value) {
+  std::size_t done = std::min(value.size(), bytes.size());
+  std::memcpy(bytes.data(), value.data(), done);
+  for (; done < bytes.size(); done += std::min(done, bytes.size() - done))
+    std::memcpy(bytes.data() + done, bytes.data(), std::min(done, bytes.size() - done));
+}
 
 struct Chunk {
   std::size_t row0, col0;
@@ -50,18 +79,26 @@ void set_filters(const LayerInfo& layer, const CellBox& box, hid_t properties) {
 
 [[noreturn]] void damaged(const std::string& why) { throw Error(ErrorCode::kVerification, why); }
 
+std::string dataset_name(const LayerInfo& layer) { return std::string(layer.in_tgf ? "tgf/" : "") + layer.name; }
+
+// The stored layer; damaged() when it has not the shape it has over `box`.
+Hdf5Dataset open_layer(hid_t file, const LayerInfo& layer, const CellBox& box) {
+  Hdf5Dataset data(H5Dopen2(file, dataset_name(layer).c_str(), H5P_DEFAULT), "open a layer");
+  const Hdf5Space space(H5Dget_space(data.get()), "read a layer's extent");
+  const Hdf5Space expected = layer_space(layer, layer_shape(layer, box));
+  const Hdf5Type type(H5Dget_type(data.get()), "read a layer's type");
+  if (hdf5_check(H5Sextent_equal(space.get(), expected.get()), "compare extents") == 0 ||
+      H5Tget_size(type.get()) != element_bytes(layer.element))
+    damaged("layer " + dataset_name(layer) + " has another shape than the manifest says");
+  return data;
+}
+
 // The stored layer's raster; damaged() when it is not what encode_layer would have written.
 std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const CellBox& box, ChunkDecoder& decoder) {
-  const std::string name = std::string(layer.in_tgf ? "tgf/" : "") + layer.name;
-  Hdf5Dataset data(H5Dopen2(file, name.c_str(), H5P_DEFAULT), "open a layer");
+  Hdf5Dataset data = open_layer(file, layer, box);
+  const std::string name = dataset_name(layer);
   const LayerShape shape = layer_shape(layer, box), chunk = chunk_shape(layer, box);
-  const Hdf5Space space(H5Dget_space(data.get()), "read a layer's extent"), expected = layer_space(layer, shape);
-  const Hdf5Type type(H5Dget_type(data.get()), "read a layer's type");
   const std::size_t element = element_bytes(layer.element);
-  if (hdf5_check(H5Sextent_equal(space.get(), expected.get()), "compare extents") == 0 ||
-      H5Tget_size(type.get()) != element)
-    damaged("layer " + name + " has another shape than the manifest says");
-
   std::vector<std::uint8_t> raster(shape.elements() * element), values(chunk.elements() * element), stored;
   fill_with(raster, fill_value(layer));
   each_chunk(shape, chunk, [&](std::size_t row0, std::size_t col0) {
@@ -115,6 +152,9 @@ TerrainTile decode_shard(std::span<const std::uint8_t> bytes, std::int32_t resol
   try {
     Hdf5File file = open_image(bytes);
     ChunkDecoder decoder;
+    // All shapes before the first allocation: the box is only the manifest's claim.
+    for (const LayerInfo& layer : layer_table())
+      if (layer.in_tgf) open_layer(file.get(), layer, box).close();
     TerrainTile tile(resolution_mm, box);
     std::uint64_t hash = 0;
     for (const LayerInfo& layer : layer_table()) {

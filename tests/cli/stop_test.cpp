@@ -9,7 +9,8 @@ namespace {
 
 constexpr const char* kPoints = "1500000";
 
-// Starts the call, lets it work for a while, interrupts it. False when it had not begun, or was done, before the signal.
+// Starts the call, lets it work for a while, interrupts it. False when it had not begun, or was done, before the
+// signal.
 bool interrupt(const std::vector<std::string>& call, int after_ms, int signal) {
   Running running(call);
   std::this_thread::sleep_for(std::chrono::milliseconds(after_ms));

@@ -1,4 +1,5 @@
-// The program on real surveys and scans: labels change nothing but the class, floors of accuracy, memory. Needs BTMS_DATA.
+// The program on real surveys and scans: labels change nothing but the class, floors of accuracy, memory. Needs
+// BTMS_DATA.
 #include <cstdlib>
 #include <cstring>
 
@@ -42,8 +43,8 @@ TEST_F(DataCli, CityTileIsLabelledInPlaceAndScores) {
   EXPECT_EQ(build["points"], 640510);
   run_json({"label", folder_ / "a.btms", input, "-o", folder_ / "out"});
   expect_only_classes_differ(read_text(input), read_text(folder_ / "out/ahn3_delft_1.las"), 100000);
-  const auto scores =
-      run_json({"eval", "--truth", input, "--prediction", folder_ / "out/ahn3_delft_1.las"})["files"][0]["without_ambiguous"];
+  const auto scores = run_json(
+      {"eval", "--truth", input, "--prediction", folder_ / "out/ahn3_delft_1.las"})["files"][0]["without_ambiguous"];
   EXPECT_GE(scores["kappa"].get<double>(), 0.93);
 }
 
@@ -66,7 +67,8 @@ TEST_F(DataCli, TwoForestFilesAreOneMapWithoutASeam) {
 
 TEST_F(DataCli, OutliersFarOffDoNotCostGigabytes) {
   const std::string input = data("robot/hku_campus_5cm.pcd");
-  const auto build = run_json({"build", input, "-o", folder_ / "c.btms", "--preset", "partial-map", "--resolution", "0.5"});
+  const auto build =
+      run_json({"build", input, "-o", folder_ / "c.btms", "--preset", "partial-map", "--resolution", "0.5"});
   EXPECT_EQ(build["points"], 2423802);
   EXPECT_LT(build["peak_rss_bytes"].get<double>(), 400e6);
   const auto labels = run_json({"label", folder_ / "c.btms", input, "-o", folder_ / "out"});

@@ -1,4 +1,5 @@
-// The invariance suite on real surveys: an airborne city tile, and two adjoining forest files as one map. Needs BTMS_DATA.
+// The invariance suite on real surveys: an airborne city tile, and two adjoining forest files as one map. Needs
+// BTMS_DATA.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -30,13 +31,20 @@ class DataInvariance : public testing::Test {
 
 TEST_F(DataInvariance, CityTile) {
   const auto points = read_cloud({"city/ahn3_delft_1.las"});
-  expect_one_digest(points, preset("city"), all_ways({1, 8, 37, 0}));
-  expect_one_digest(points, preset("partial-map"), all_ways({37}));  // r = 2 m
+  Parameters fixed = preset("city");
+  fixed.method = Method::kFixed;
+  fixed.resolution_m = 8;
+  expect_one_digest(points, fixed, all_ways({1, 8, 37, 0}));
+  expect_one_digest(points, preset("city"), all_ways({1, 3, 0}));
 }
 
 TEST_F(DataInvariance, TwoForestFilesAsOneMap) {
   const auto points = read_cloud({"forest/bcts_1.las", "forest/bcts_2.las"});
-  expect_one_digest(points, preset("city"), all_ways({1, 8, 37, 0}));
+  Parameters fixed = preset("city");
+  fixed.method = Method::kFixed;
+  fixed.resolution_m = 8;
+  expect_one_digest(points, fixed, all_ways({1, 8, 37, 0}));
+  expect_one_digest(points, preset("city"), {{1, "ranks:3", "shuffled"}, {8, "tbb:2", "split"}, {5, "serial", "reversed"}});
 }
 
 }  // namespace

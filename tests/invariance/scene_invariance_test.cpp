@@ -33,6 +33,21 @@ TEST(InvarianceScene, InTheNegativeQuadrant) {
                     small_nodes(CompletionNormals::kFaithful, NodeModel::kRobust), all_ways(kEdges));
 }
 
+// Coarse to fine: 16, 8, 4 and 2 m, every level with its own halos, rounds and verdicts.
+Parameters levels_of_city() {
+  Parameters p = preset("city");
+  p.levels = 4;
+  return p;
+}
+
+TEST(InvarianceScene, CoarseToFineAtUtmCoordinates) {
+  expect_one_digest(hard_scene(352'123'456, 5'744'987'654, 200'000, kPoints), levels_of_city(), all_ways({1, 3, 8, 0}));
+}
+
+TEST(InvarianceScene, CoarseToFineInTheNegativeQuadrant) {
+  expect_one_digest(hard_scene(-90'000'001, -7'123'457, 150'000, kPoints, 2), levels_of_city(), all_ways({1, 5, 0}));
+}
+
 TEST(InvarianceScene, AcrossAllQuadrants) {
   expect_one_digest(hard_scene(-45'001, -43'999, kSize_mm, kPoints, 3),
                     small_nodes(CompletionNormals::kPlane, NodeModel::kPca), all_ways({8, 0}));
@@ -57,27 +72,57 @@ std::vector<CloudPoint> scene_of_ties() {
 }
 
 TEST(InvarianceScene, OfTies) {
-  expect_one_digest(scene_of_ties(), small_nodes(CompletionNormals::kFaithful, NodeModel::kRobust), all_ways({1, 8, 0}));
+  expect_one_digest(scene_of_ties(), small_nodes(CompletionNormals::kFaithful, NodeModel::kRobust),
+                    all_ways({1, 8, 0}));
 }
 
-TEST(InvarianceScene, MovedByAMultipleOfTheResolutionItIsTheSameMap) {
-  // Heights equal bit for bit; the digest has the place in it, so compare labels.
+TEST(InvarianceScene, MovedByWholeTilesItIsTheSameMap) {
   const Parameters p = small_nodes(CompletionNormals::kPlane, NodeModel::kRobust);
-  const Way way{8, "serial", "as is"};
-  const std::string here = fingerprint(hard_scene(0, 0, kSize_mm, kPoints), p, way);
-  const std::string there = fingerprint(hard_scene(352'124'000, 5'744'988'000, kSize_mm, kPoints), p, way);
-  EXPECT_EQ(here.substr(32), there.substr(32));
-  EXPECT_NE(here.substr(0, 32), there.substr(0, 32));
+  constexpr std::int32_t kTile = 8;
+  constexpr std::int64_t tile_mm = kTile * 2000, dx = 22'008, dy = 359'064;  // tiles, whole bins; to UTM coordinates
+  const MemoryMap here = build_plain(hard_scene(0, 0, kSize_mm, kPoints), p, kTile);
+  const MemoryMap there = build_plain(hard_scene(dx * tile_mm, dy * tile_mm, kSize_mm, kPoints), p, kTile);
+  ASSERT_EQ(here.tiles().size(), there.tiles().size());
+  for (const TileId id : here.tiles()) {
+    const auto a = here.load(id);
+    const auto b = there.load({static_cast<std::int32_t>(id.tx + dx), static_cast<std::int32_t>(id.ty + dy)});
+    ASSERT_TRUE(b);
+    EXPECT_TRUE(a->corner_mm == b->corner_mm && a->centre_mm == b->centre_mm && a->nodes == b->nodes)
+        << id.tx << ' ' << id.ty;
+  }
 }
 
 TEST(InvarianceScene, StrayPointsFarAwayChangeNothingElseAndCostLittle) {
-  std::vector<CloudPoint> points = hard_scene(0, 0, kSize_mm, kPoints);
-  for (std::int64_t i = 1; i <= 20; ++i) points.push_back({i * 400'000'000, -i * 300'000'000, 12345});  // up to 10 000 km
+  const std::vector<CloudPoint> scene = hard_scene(0, 0, kSize_mm, kPoints);
+  std::vector<CloudPoint> points = scene;
+  for (std::int64_t i = 1; i <= 20; ++i)
+    points.push_back({i * 400'000'000, -i * 300'000'000, 12345});  // up to 10 000 km
   const Parameters p = small_nodes(CompletionNormals::kPlane, NodeModel::kRobust);
+  const MemoryMap without = build_plain(scene, p, 128), with = build_plain(points, p, 128);
+  for (const TileId id : without.tiles()) {
+    const auto a = without.load(id), b = with.load(id);
+    ASSERT_TRUE(b);
+    EXPECT_EQ(digest(*a), digest(*b));
+  }
+  std::int64_t nodes = 0, more = 0;
+  for (const TileId id : without.tiles()) nodes += static_cast<std::int64_t>(without.load(id)->nodes.size());
+  for (const TileId id : with.tiles()) more += static_cast<std::int64_t>(with.load(id)->nodes.size());
+  EXPECT_LT(more - nodes, 20 * 40 * 40 * 4) << "a stray costs its bin and the reach of a prediction";
+
   const std::string serial = fingerprint(points, p, {8, "serial", "as is"});
-  EXPECT_EQ(fingerprint(points, p, {37, "tbb:2", "as is"}), serial);
   EXPECT_EQ(fingerprint(points, p, {128, "ranks:2", "reversed"}), serial.substr(0, 32));
+  EXPECT_EQ(fingerprint(points, p, {37, "tbb:2", "as is"}), serial);
   EXPECT_THROW(fingerprint(points, p, {0, "serial", "as is"}), Error);  // one dense tile over 10 000 km
+}
+
+TEST(InvarianceScene, WiderThanOneTileCanBe) {
+  // Two patches 2147.4 km apart: positions inside one whole tile would leave 32 bits of millimetres.
+  std::vector<CloudPoint> points = hard_scene(0, 0, 30'000, 8'000);
+  const std::vector<CloudPoint> far = hard_scene(2'147'400'000, 0, 30'000, 8'000, 5);
+  points.insert(points.end(), far.begin(), far.end());
+  Parameters p = preset("city");
+  p.min_points = 4;
+  expect_one_digest(points, p, {{128, "serial", "as is"}, {128, "tbb:2", "shuffled"}, {0, "serial", "as is"}});
 }
 
 }  // namespace

@@ -56,8 +56,8 @@ class CloudSource final : public PointSource {
   std::vector<CloudPoint> points_;
 };
 
-// Hills with roofs, trees, holes, a cliff and stray points, 1 point per square decimetre or so: something for every pass
-// to do at every border. Metres from (x0, y0).
+// Hills with roofs, trees, holes, a cliff and stray points, 1 point per square decimetre or so: something for every
+// pass to do at every border. Metres from (x0, y0).
 inline std::vector<CloudPoint> hard_scene(std::int64_t x0_mm, std::int64_t y0_mm, std::int64_t size_mm, std::size_t n,
                                           std::uint64_t seed = 1) {
   Random random(seed);
@@ -73,10 +73,10 @@ inline std::vector<CloudPoint> hard_scene(std::int64_t x0_mm, std::int64_t y0_mm
     const std::int64_t bx = x / 17000, by = y / 17000, ix = x % 17000, iy = y % 17000;
     const std::int64_t kind = (bx * 7 + by * 13) % 5;
     if (kind == 0 && ix > 3000 && ix < 12500 && iy > 2500 && iy < 13700) z = 9000 + by * 300 + ix / 9;  // a roof
-    if (kind == 1 && ix > 4000 && ix < 9000 && iy > 4000 && iy < 9500) continue;                           // a hole
-    if (kind == 2 && random.between(0, 2) == 0) z += random.between(300, 7000);                            // bushes
-    if (kind == 3 && ix > 8000) z -= 2500;                                                                 // a cliff
-    if (random.between(0, 2999) == 0) z += random.between(-9000, 20000);                                   // noise
+    if (kind == 1 && ix > 4000 && ix < 9000 && iy > 4000 && iy < 9500) continue;                        // a hole
+    if (kind == 2 && random.between(0, 2) == 0) z += random.between(300, 7000);                         // bushes
+    if (kind == 3 && ix > 8000) z -= 2500;                                                              // a cliff
+    if (random.between(0, 2999) == 0) z += random.between(-9000, 20000);                                // noise
     points.push_back({x0_mm + x, y0_mm + y, static_cast<std::int32_t>(z + random.between(-25, 25))});
   }
   return points;

@@ -54,7 +54,8 @@ TEST(LatticeExhaustive, EveryFineTriangleIsInExactlyOneCoarseTriangle) {
     for (std::int64_t y = oy - 3 * r; y < oy + 5 * r; ++y)
       for (std::int64_t x = ox - 3 * r; x < ox + 5 * r; ++x) {
         const NodeId f = fine.node_at(x, y);
-        EXPECT_EQ(parent(f), coarse.node_at(x, y)) << "point on a diagonal or border changes parents: " << x << ' ' << y;
+        EXPECT_EQ(parent(f), coarse.node_at(x, y))
+            << "point on a diagonal or border changes parents: " << x << ' ' << y;
         children[parent(f)].insert(f);
       }
   int whole = 0;

@@ -1,4 +1,5 @@
-// A city is worth its name only if the paper's method at one fixed resolution fails on it: it must take roofs for ground.
+// A city is worth its name only if the paper's method at one fixed resolution fails on it: it must take roofs for
+// ground.
 #include <gtest/gtest.h>
 
 #include "engine/scenes/scene.h"

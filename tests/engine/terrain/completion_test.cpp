@@ -53,7 +53,8 @@ TEST(LocalConvexity, IsSymmetricToTheBit) {
   for (int i = 0; i < 100'000; ++i) {
     const auto slope = [&] { return static_cast<double>(random.between(-300, 300)) / 1000; };
     const Node a = plane_node(slope(), slope(), 0), b = plane_node(slope(), slope(), 0);
-    const Eigen::Vector3d d(static_cast<double>(random.between(-3000, 3000)), static_cast<double>(random.between(-3000, 3000)),
+    const Eigen::Vector3d d(static_cast<double>(random.between(-3000, 3000)),
+                            static_cast<double>(random.between(-3000, 3000)),
                             static_cast<double>(random.between(-300, 300)));
     const bool forth = locally_convex(a, b, d, rules), back = locally_convex(b, a, -d, rules);
     ASSERT_EQ(forth, back);
@@ -137,7 +138,8 @@ TEST(Completion, WithoutNeighboursNothingChanges) {
 
 TEST(Completion, HaloIsWhatTheKernelReaches) {
   Parameters p = preset("city");
-  for (const auto& [radius, rings] : {std::pair{1.0, 1}, {1.16, 1}, {1.17, 2}, {2.0, 2}, {2.5, 3}, {3.0, 3}, {3.2, 4}, {10.0, 10}}) {
+  for (const auto& [radius, rings] :
+       {std::pair{1.0, 1}, {1.16, 1}, {1.17, 2}, {2.0, 2}, {2.5, 3}, {3.0, 3}, {3.2, 4}, {10.0, 10}}) {
     p.kernel_radius = radius;
     EXPECT_EQ(CompletionRules(p).halo(), rings) << radius;
   }

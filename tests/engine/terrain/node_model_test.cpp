@@ -85,6 +85,36 @@ TEST(SymmetricEigen, AgreesWithJacobi) {
   }
 }
 
+TEST(SymmetricEigen, KnowsCoincidingRootsToHalfTheDigits) {
+  // Four-fold symmetric discs, needles with a round section, balls: two or three eigenvalues coincide.
+  Random random(8);
+  for (int round = 0; round < 20000; ++round) {
+    const double a = static_cast<double>(random.between(1, 1000)), b = static_cast<double>(random.between(0, 1000));
+    const double tiny = static_cast<double>(random.between(-9, 9)) * 1e-9;
+    // Rotated by a random unit quaternion.
+    double q[4], length = 0;
+    for (double& v : q) v = static_cast<double>(random.between(-1000, 1000)), length += v * v;
+    if (length == 0) continue;
+    for (double& v : q) v /= std::sqrt(length);
+    const double R[3][3] = {
+        {1 - 2 * (q[2] * q[2] + q[3] * q[3]), 2 * (q[1] * q[2] - q[0] * q[3]), 2 * (q[1] * q[3] + q[0] * q[2])},
+        {2 * (q[1] * q[2] + q[0] * q[3]), 1 - 2 * (q[1] * q[1] + q[3] * q[3]), 2 * (q[2] * q[3] - q[0] * q[1])},
+        {2 * (q[1] * q[3] - q[0] * q[2]), 2 * (q[2] * q[3] + q[0] * q[1]), 1 - 2 * (q[1] * q[1] + q[2] * q[2])}};
+    const double l[3] = {a, a * (1 + tiny), b};
+    double m[3][3] = {};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        for (int k = 0; k < 3; ++k) m[i][j] += R[i][k] * l[k] * R[j][k];
+    const SymmetricMatrix c{m[0][0], m[0][1], m[0][2], m[1][1], m[1][2], m[2][2]};
+    const EigenSystem e = solve_eigen(c);
+    const auto truth = jacobi_eigenvalues(c);
+    const double tolerance = (std::abs(a - b) > 0.1 * a ? 1e-6 : 1e-4) * truth[0];
+    ASSERT_NEAR(e.l1, truth[0], tolerance) << a << ' ' << b;
+    ASSERT_NEAR(e.l2, truth[1], tolerance) << a << ' ' << b;
+    ASSERT_NEAR(e.l3, truth[2], tolerance) << a << ' ' << b;
+  }
+}
+
 TEST(SymmetricEigen, IsTotal) {
   for (const SymmetricMatrix& m :
        {SymmetricMatrix{}, SymmetricMatrix{1, 0, 0, 1, 0, 1}, SymmetricMatrix{1, 0, 0, 0, 0, 0},

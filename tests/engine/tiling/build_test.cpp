@@ -102,7 +102,7 @@ TEST(Build, PointsOnEveryBorderFallInExactlyOneNode) {
 
 TEST(Build, AMapTooLargeIsRefusedBeforeItIsAllocated) {
   std::vector<CloudPoint> points = floor_points();
-  points.push_back({10'000'000'000, 5, 5});
+  points.push_back({2'000'000'000, 1'900'000'000, 5});
   const CloudSource source(points);
   const PointSource* sources[] = {&source};
   BuildOptions options;
@@ -111,12 +111,14 @@ TEST(Build, AMapTooLargeIsRefusedBeforeItIsAllocated) {
   MemoryMap map;
   Progress progress;
   try {
-    build_map(sources, options, *serial_threads(), *single_rank(), [&](const MapLayout&) -> TileSink& { return map; }, progress);
+    build_map(
+        sources, options, *serial_threads(), *single_rank(), [&](const MapLayout&) -> TileSink& { return map; },
+        progress);
     FAIL();
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ErrorCode::kUsage);
     EXPECT_NE(std::string(e.what()).find("--max-nodes"), std::string::npos);
-    EXPECT_NE(std::string(e.what()).find("near x = 10000000 m"), std::string::npos) << "names the point: " << e.what();
+    EXPECT_NE(std::string(e.what()).find("near x = 2000000 m"), std::string::npos) << "names the point: " << e.what();
   }
 }
 
@@ -140,7 +142,9 @@ TEST(Build, StopsInEveryPhase) {
     MemoryMap map;
     Stopping progress(phase);
     try {
-      build_map(sources, options, *tbb_threads(2), *single_rank(), [&](const MapLayout&) -> TileSink& { return map; }, progress);
+      build_map(
+          sources, options, *tbb_threads(2), *single_rank(), [&](const MapLayout&) -> TileSink& { return map; },
+          progress);
       FAIL() << phase;
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ErrorCode::kCancelled);

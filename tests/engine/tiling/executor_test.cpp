@@ -12,7 +12,8 @@ namespace btms {
 namespace {
 
 TEST(Threads, RunEveryPieceOnceAndNeverTwoOnOneWorker) {
-  for (const auto& make : {+[] { return serial_threads(); }, +[] { return tbb_threads(1); }, +[] { return tbb_threads(4); }}) {
+  for (const auto& make :
+       {+[] { return serial_threads(); }, +[] { return tbb_threads(1); }, +[] { return tbb_threads(4); }}) {
     const auto threads = make();
     std::vector<std::atomic<int>> runs(1000), busy(static_cast<std::size_t>(threads->count()));
     threads->for_each(runs.size(), [&](std::size_t i, int worker) {
@@ -29,9 +30,10 @@ TEST(Threads, RunEveryPieceOnceAndNeverTwoOnOneWorker) {
 
 TEST(Threads, PassExceptionsOn) {
   const auto threads = tbb_threads(2);
-  EXPECT_THROW(threads->for_each(100, [](std::size_t i, int) {
-    if (i == 50) throw Error(ErrorCode::kBadInput, "no");
-  }),
+  EXPECT_THROW(threads->for_each(100,
+                                 [](std::size_t i, int) {
+                                   if (i == 50) throw Error(ErrorCode::kBadInput, "no");
+                                 }),
                Error);
 }
 
@@ -41,11 +43,12 @@ TEST(Ranks, ExchangeBytesOfAnySize) {
     for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{5'000'000}, std::size_t{7}}) {
       std::vector<Bytes> out;
       for (int to = 0; to < ranks.size(); ++to)
-        out.push_back(Bytes(size * static_cast<std::size_t>(to + 1), static_cast<std::uint8_t>(16 * ranks.rank() + to)));
+        out.push_back(
+            Bytes(size * static_cast<std::size_t>(to + 1), static_cast<std::uint8_t>(16 * ranks.rank() + to)));
       const std::vector<Bytes> in = ranks.exchange(out);
       for (int from = 0; from < ranks.size(); ++from)
-        if (in[static_cast<std::size_t>(from)] !=
-            Bytes(size * static_cast<std::size_t>(ranks.rank() + 1), static_cast<std::uint8_t>(16 * from + ranks.rank())))
+        if (in[static_cast<std::size_t>(from)] != Bytes(size * static_cast<std::size_t>(ranks.rank() + 1),
+                                                        static_cast<std::uint8_t>(16 * from + ranks.rank())))
           throw Error(ErrorCode::kVerification, "rank " + std::to_string(ranks.rank()) + " got something else");
     }
   });
@@ -66,6 +69,33 @@ TEST(Ranks, AFailingRankEndsTheRunWithItsOwnMessage) {
       EXPECT_NE(std::string(e.what()).find("lying file"), std::string::npos) << e.what();
     }
   }
+}
+
+TEST(Ranks, AnErrorKeepsItsFileAndOffset) {
+  try {
+    run_forked_ranks(2, [](Ranks& ranks) {
+      if (ranks.rank() == 1) throw Error(ErrorCode::kBadInput, "3 points: expected 4", "a b/c.las", 227);
+      ranks.exchange(std::vector<Bytes>(2));
+    });
+    FAIL() << "nothing thrown";
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "a b/c.las:227: 3 points: expected 4");
+    EXPECT_EQ(e.file(), "a b/c.las");
+    EXPECT_EQ(e.offset(), 227u);
+  }
+}
+
+TEST(Ranks, ARankThatJustLeavesIsAFailure) {
+  EXPECT_THROW(run_forked_ranks(2,
+                                [](Ranks& ranks) {
+                                  if (ranks.rank() == 1) ::_exit(7);
+                                }),
+               Error);
+  EXPECT_THROW(run_forked_ranks(2,
+                                [](Ranks& ranks) {
+                                  if (ranks.rank() == 1) throw 42;
+                                }),
+               Error);
 }
 
 TEST(Ranks, AKilledRankEndsTheRun) {

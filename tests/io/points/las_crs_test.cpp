@@ -1,3 +1,5 @@
+#include <chrono>
+
 #include "tests/io/points/las_bytes.h"
 
 namespace btms::test {
@@ -119,6 +121,36 @@ TEST(LasCrs, DescribesTheConvertedCoordinates) {
   EXPECT_NE(crs.find("500000"), std::string::npos) << crs;  // the false easting in metres
   EXPECT_NE(crs.find("metre"), std::string::npos) << crs;
   EXPECT_EQ(crs.find("foot"), std::string::npos) << crs;
+}
+
+TEST(LasCrs, LeavesOutHeightsInFeetThatWereConverted) {
+  const std::string heights = "VERT_CS[\"h\",VERT_DATUM[\"v\",2005],UNIT[\"foot\",0.3048],AXIS[\"Up\",UP]]";
+  const TemporaryFolder folder;
+  const auto file = opened(folder, with(wkt_record("COMPD_CS[\"c\"," + kMetric + "," + heights + "]")));
+  EXPECT_EQ(read_all(*file).x_mm[0], 10'000);
+  EXPECT_EQ(read_all(*file).z_mm[0], 9144);
+  EXPECT_EQ(file->info().crs.find("foot"), std::string::npos) << file->info().crs;
+  EXPECT_NE(file->info().crs.find("500000"), std::string::npos) << file->info().crs;
+}
+
+TEST(LasCrs, RefusesGeocentricCoordinates) {
+  const std::string wkt =
+      "GEOCCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],"
+      "UNIT[\"metre\",1],AXIS[\"Geocentric X\",OTHER],AXIS[\"Geocentric Y\",OTHER],AXIS[\"Geocentric Z\",NORTH]]";
+  for (const Vlr& vlr : {wkt_record(wkt), geokeys({{1024, 3}, {2048, 4978}}), geokeys({{1024, 1}, {3072, 4978}})}) {
+    const TemporaryFolder folder;
+    const auto path = folder.write("a.las", las_bytes(with(vlr)));
+    expect_error(ErrorCode::kBadInput, path, {"geocentric", "reproject"}, [&] { open_points(path); });
+  }
+}
+
+// 13 ms a time, if each asked PROJ's database again.
+TEST(LasCrs, OfManyFilesIsParsedOnce) {
+  const TemporaryFolder folder;
+  const auto path = folder.write("a.las", las_bytes(with(geokeys({{1024, 1}, {3072, 25833}}))));
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 4000; ++i) EXPECT_EQ(open_points(path)->info().crs, "EPSG:25833");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
 }
 
 TEST(LasCrs, RefusesDegrees) {

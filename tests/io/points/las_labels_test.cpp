@@ -89,7 +89,7 @@ TEST(LasLabels, LeaveNothingBehindWithoutCommit) {
   {
     const auto writer = create_labels(*file, folder / "out");
     writer->write(0, std::span(kAll).first(3));
-    EXPECT_EQ(files_in(folder / "out"), 1u);
+    EXPECT_LE(files_in(folder / "out"), 1u);  // a temporary name, where files must have one
     EXPECT_FALSE(std::filesystem::exists(writer->path()));
   }
   EXPECT_EQ(files_in(folder / "out"), 0u);

@@ -121,6 +121,35 @@ TEST_P(EveryEncoding, NoticesThatTheFileChanged) {
   expect_error(ErrorCode::kBadInput, path, {"changed while read"}, [&] { file->read(100, 1000, block); });
 }
 
+// Too large to be kept unpacked: each read unpacks its part.
+TEST(Pcd, ReadsPartsOfALargeCompressedFile) {
+  constexpr std::size_t kMany = 23'000'000, kColumns = 12 * kMany;
+  Bytes packed = {0, 0};  // one zero, then copies of what came before
+  std::size_t unpacked = 1;
+  for (; kColumns - unpacked >= 264; unpacked += 264) packed.insert(packed.end(), {0xE0, 0xFF, 0x00});
+  for (; unpacked < kColumns; ++unpacked) packed.insert(packed.end(), {0, 0});
+  Bytes bytes;
+  append(bytes, static_cast<std::uint32_t>(packed.size()));
+  append(bytes, static_cast<std::uint32_t>(kColumns));
+  bytes.insert(bytes.end(), packed.begin(), packed.end());
+  const TemporaryFolder folder;
+  const auto file = open_points(folder.write("a.pcd", pcd_header("binary_compressed", kMany) + bytes));
+  PointBlock block;
+  file->read(kMany - 5000, 5000, block);
+  EXPECT_EQ(block.x_mm, std::vector<std::int64_t>(5000, 0));
+  EXPECT_EQ(block.z_mm, std::vector<std::int32_t>(5000, 0));
+}
+
+TEST(Pcd, OnlyBinaryFloatsHaveLostPrecision) {
+  const TemporaryFolder folder;
+  const auto ascii = open_points(folder.write("a.pcd", pcd_header("ascii", 1) + "5432109.876 4321098.765 1\n"));
+  EXPECT_TRUE(ascii->info().warnings.empty());
+  EXPECT_EQ(read_all(*ascii).x_mm[0], 5'432'109'876);
+  Bytes bytes;
+  for (const float v : {5432109.876f, 4321098.765f, 1.0f}) append(bytes, v);
+  expect_warning(open_points(folder.write("b.pcd", pcd_header("binary", 1) + bytes))->info(), "float32");
+}
+
 TEST(Pcd, DropsWhatIsNoPlace) {
   const TemporaryFolder folder;
   const std::string text =
@@ -148,6 +177,8 @@ TEST(Pcd, ReadsTheLastLineWithoutNewline) {
 
 TEST(Pcd, AcceptsOddFilesWithAWarning) {
   const TemporaryFolder folder;
+  Bytes far;
+  for (const float v : {400000.5f, 1.0f, 2.0f}) append(far, v);
   std::string viewpoint = pcd_header("ascii", 1) + "1 2 3\n";
   viewpoint.replace(viewpoint.find("0 0 0 1 0 0 0"), 13, "0 0 0");
   const std::vector<std::pair<const char*, Bytes>> cases = {
@@ -158,7 +189,7 @@ TEST(Pcd, AcceptsOddFilesWithAWarning) {
       {"no points", pcd_header("binary", 0) + Bytes()},
       {"no points", pcd_header("ascii", 0) + Bytes()},
       {"no points", pcd_header("binary_compressed", 0) + Bytes(8)},
-      {"lost their precision", pcd_header("ascii", 1) + "400000.5 1 2\n" + Bytes()},
+      {"lost their precision", pcd_header("binary", 1) + far},
   };
   for (const auto& [warning, bytes] : cases) {
     SCOPED_TRACE(warning);

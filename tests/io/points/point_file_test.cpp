@@ -1,6 +1,7 @@
 // The table of formats, the list of inputs, and paths that are no point files.
 #include <sys/stat.h>
 
+#include "io/points/extension.h"
 #include "tests/io/points/las_bytes.h"
 
 namespace btms::test {
@@ -14,6 +15,14 @@ TEST(PointFile, KnowsItsExtensions) {
   expect_error(ErrorCode::kUsage, text, {".txt", ".las .bin .pcd"}, [&] { open_points(text); });
   const auto laz = folder.write("a.laz", las_bytes({}));
   expect_error(ErrorCode::kBadInput, laz, {"LAZ", "decompress"}, [&] { open_points(laz); });
+}
+
+TEST(PointFile, ReadsClassesWhateverTheCaseOfTheExtension) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(read_classes(folder.write("a.LABEL", Bytes{40, 0, 1, 0})), (std::vector<std::uint32_t>{40}));
+  EXPECT_EQ(read_classes(folder.write("a.Labels", Bytes{1, 0})), (std::vector<std::uint32_t>{1, 0}));
+  EXPECT_EQ(read_classes(folder.write("a.LAS", las_bytes({}))).size(), 3u);
+  EXPECT_EQ(lower_extension("A.b.LaZ"), ".laz");
 }
 
 TEST(PointFile, RefusesWhatIsNotARegularFile) {

@@ -38,6 +38,13 @@ TEST(Crs, UnitsAndKinds) {
   EXPECT_EQ(describe_crs("EPSG:7415").height_standard_name, "surface_altitude");
 }
 
+TEST(Crs, UnitOfHeights) {
+  EXPECT_EQ(describe_crs("EPSG:25832").vertical_unit_m, 0);
+  EXPECT_EQ(describe_crs("EPSG:7415").vertical_unit_m, 1);
+  EXPECT_NEAR(describe_crs("EPSG:2263+6360").vertical_unit_m, 0.3048006096, 1e-10);
+  EXPECT_EQ(describe_crs("EPSG:4979").vertical_unit_m, 1);
+}
+
 TEST(Crs, ReadsWkt1) {
   const char* kWkt1 =
       R"(PROJCS["x",GEOGCS["ETRS89",DATUM["European_Terrestrial_Reference_System_1989",SPHEROID["GRS 1980",6378137,298.257222101]],)"

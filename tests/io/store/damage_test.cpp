@@ -1,4 +1,7 @@
 // Damaged maps are noticed, and never crash a reader.
+#include <sys/resource.h>
+
+#include <chrono>
 #include <random>
 
 #include "io/store/hash.h"
@@ -114,6 +117,80 @@ TEST_F(DamagedMap, ForgedManifestsAreBadInput) {
     forge(from, to);
     EXPECT_EQ(open_code(), ErrorCode::kBadInput) << from << " -> " << to;
   }
+}
+
+// With hashes that are right: the parser must not be slow, or fall over, on what its author wanted it to see.
+TEST_F(DamagedMap, HostileManifestsAreRefusedFast) {
+  std::string many = "\"shards\":[", wide = "\"shards\":[";
+  for (int i = 0; i < 500'000; ++i) many += "{},", wide += "[[],[]],";
+  const auto start = std::chrono::steady_clock::now();
+  for (const std::string& hostile :
+       {"\"shards\":[" + std::string(20'000'000, '['), "\"shards\":[" + std::string(20'000'000, '{'), many, wide}) {
+    forge("\"shards\":[", hostile);
+    EXPECT_EQ(open_code(), ErrorCode::kBadInput);
+  }
+  // Brackets in strings don't nest.
+  forge("made.las", std::string(1000, '[') + "\\\"" + std::string(1000, '{'));
+  EXPECT_EQ(MapReader::open(folder_)->tiles().size(), 1u);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
+}
+
+TEST_F(DamagedMap, TheHashIsCheckedBeforeTheText) {
+  std::string text = pristine_;
+  text.insert(text.find("\"shards\":["), std::string(1000, '['));
+  write_text(manifest_, text);
+  EXPECT_EQ(open_code(), ErrorCode::kVerification);
+}
+
+// Shards changed at will, with every hash of the manifest made right again.
+TEST_F(DamagedMap, ForgedShardsNeverCrashAReader) {
+  const fs::path shard = files_in(folder_ / "shards").at(0);
+  const std::string good = file_text(shard), name = "\"file_xxh3\":\"";
+  const auto at = pristine_.find(name) + name.size();
+  std::mt19937_64 random(11);
+  int refused = 0;
+  for (int i = 0; i < 60; ++i) {
+    std::string bad = good;
+    // Mostly where the metadata are: at the start.
+    const std::size_t within = i % 2 == 0 ? std::min<std::size_t>(4096, bad.size()) : bad.size();
+    for (std::uint64_t n = 1 + random() % 8; n > 0; --n) bad[random() % within] = static_cast<char>(random());
+    write_text(shard, bad);
+    std::string text = pristine_;
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(bad.data());
+    text.replace(at, 16, hex64(xxh3_64({bytes, bad.size()})));
+    rehash(text);
+    write_text(manifest_, text);
+    try {
+      MapReader::open(folder_)->load({0, 0});
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kVerification) << e.what();
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 20);
+}
+
+// Shape, hash of the file and sizes say one thing, the manifest's box another: nothing of the box's size is made.
+TEST_F(DamagedMap, AShardThatIsSmallerThanItsBoxIsRefusedBeforeAllocating) {
+  std::string text = pristine_;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("\"tile_edge_cells\":128", "\"tile_edge_cells\":16384");
+  replace("[[0,0,0,0,40,30]]", "[[0,0,0,0,16384,16384]]");
+  replace("\"bounds\":[0,0,40,30]", "\"bounds\":[0,0,16384,16384]");
+  rehash(text);
+  write_text(manifest_, text);
+  const auto map = MapReader::open(folder_);
+  const auto peak_kB = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss;
+  };
+  const auto before = peak_kB();
+  EXPECT_EQ(thrown_code([&] { map->load({0, 0}); }), ErrorCode::kVerification);
+  EXPECT_LT(peak_kB() - before, 1'000'000);  // the tile alone would take 10 GB
 }
 
 TEST_F(DamagedMap, AManifestThatLiesAboutAShardFailsVerification) {

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "io/store/chunk_codec.h"
-#include "io/store/gis_layers.h"
 #include "tests/io/store/made_map.h"
 
 namespace btms {

@@ -2,7 +2,7 @@
 #include <hdf5.h>
 
 #include "io/store/crs.h"
-#include "io/store/hdf5_handle.h"
+#include "io/store/hdf5.h"
 #include "tests/io/store/made_map.h"
 
 namespace btms {
@@ -70,6 +70,23 @@ TEST(MapNc, GapsAreFilled) {
   EXPECT_TRUE(std::isnan(read_layer<float>(file, "elevation", H5T_NATIVE_FLOAT).at(150)));
   EXPECT_EQ(read_layer<std::uint8_t>(file, "class", H5T_NATIVE_UINT8).at(150), 255);
   EXPECT_EQ(read_layer<std::int32_t>(file, "tgf/centre_height", H5T_NATIVE_INT32).at(150), kUnknownHeight_mm);
+}
+
+TEST(MapNc, NamesOnlyUnitsThatItKnows) {
+  // International metre, US survey foot, and Sears' chain.
+  for (const auto& [crs, unit] : {std::pair("EPSG:25832", "m"), {"EPSG:2263", "US_survey_foot"}, {"EPSG:3167", ""}}) {
+    const TemporaryFolder temporary;
+    const MapLayout layout = layout_of(2000, 128);
+    write_map(temporary / "a.btms", layout, made_tiles(layout, {0, 0, 5, 5}, noisy_tile), crs);
+    const Hdf5File f(H5Fopen((temporary / "a.btms/map.nc").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), "open");
+    ASSERT_EQ(H5Aexists_by_name(f.get(), "x", "units", H5P_DEFAULT) > 0, *unit != '\0') << crs;
+    if (*unit == '\0') continue;
+    const Hdf5Attribute a(H5Aopen_by_name(f.get(), "x", "units", H5P_DEFAULT, H5P_DEFAULT), "open");
+    const Hdf5Type type(H5Aget_type(a.get()), "type");
+    char text[64] = {};
+    hdf5_check(H5Aread(a.get(), type.get(), text), "read");
+    EXPECT_STREQ(text, unit) << crs;
+  }
 }
 
 TEST(MapNc, ShardsReadWithTheStockFilters) {

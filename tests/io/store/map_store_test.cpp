@@ -132,8 +132,8 @@ TEST(MapStore, AnAbandonedWriterLeavesTheOldMap) {
   {
     const auto writer = MapWriter::create(folder, layout);
     writer->put({0, 0}, noisy_tile(layout, {1, 1, 50, 50}));
-    EXPECT_EQ(files_in(folder / "shards").size(), before.size() + 1);
     writer->finish();
+    EXPECT_EQ(files_in(folder / "shards").size(), before.size() + 1);
   }
   EXPECT_EQ(files_in(folder / "shards"), before);
   EXPECT_EQ(MapReader::open(folder)->info().revision, 1u);
@@ -149,7 +149,7 @@ TEST(MapStore, RestsOfAKilledWriterAreRemoved) {
   const fs::path folder = temporary / "a.btms";
   const MapLayout layout = layout_of(2000, 128);
   fs::create_directories(folder / "shards");
-  write_text(folder / "shards" / ".tmp-0-x0_y0.r1.nc", "torn");
+  write_text(folder / "shards" / ".btms-1-0.tmp", "torn");
   write_text(folder / "shards" / "x5_y5.r1.nc", "never published");
   write_map(folder, layout, made_tiles(layout, {0, 0, 10, 10}, noisy_tile));
   EXPECT_EQ(files_in(folder / "shards").size(), 1u);

@@ -1,10 +1,17 @@
-// Owning HDF5 identifiers, and one place where return codes become Error(kFailed).
+// HDF5 identifiers that own, one place where return codes become Error(kFailed), and HDF5 files in memory.
+//
+// A file is built or parsed as a byte image, so that all disk access is plain write/pread with plain error codes: a
+// full disk never meets a half-closed HDF5 file (which crashes the library at exit), and bytes are hashed before HDF5
+// sees them.
 #pragma once
 
 #include <hdf5.h>
 
+#include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "engine/error.h"
 
@@ -23,10 +30,13 @@ Code hdf5_check(Code code, const char* what) {
   return code;
 }
 
-// Keeps HDF5 from printing its error stack to stderr in this thread; errors travel as exceptions.
+// Keeps HDF5 from printing: its error stack in this thread, since errors travel as exceptions, and at the end of the
+// program what a damaged file has left open inside the library.
 class QuietHdf5 {
  public:
   QuietHdf5() {
+    static const herr_t once = H5dont_atexit();
+    static_cast<void>(once);
     H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
@@ -69,5 +79,28 @@ using Hdf5Attribute = Hdf5Handle<H5Aclose>;
 using Hdf5Space = Hdf5Handle<H5Sclose>;
 using Hdf5Type = Hdf5Handle<H5Tclose>;
 using Hdf5Properties = Hdf5Handle<H5Pclose>;
+
+// An HDF5 file under construction. Not thread-safe.
+class Hdf5Image {
+ public:
+  Hdf5Image();
+  ~Hdf5Image();
+  Hdf5Image(const Hdf5Image&) = delete;
+  Hdf5Image& operator=(const Hdf5Image&) = delete;
+
+  hid_t file() const { return file_.get(); }
+  // Closes the file and returns its bytes. Every other handle into it must have been closed.
+  std::vector<std::uint8_t> finish();
+
+ private:
+  struct Memory;
+  static H5FD_file_image_callbacks_t callbacks(Memory* memory);
+
+  Memory* memory_;
+  Hdf5File file_;
+};
+
+// Opens a copy of `bytes` read-only.
+Hdf5File open_image(std::span<const std::uint8_t> bytes);
 
 }  // namespace btms

@@ -1,4 +1,4 @@
-#include "io/store/hdf5_image.h"
+#include "io/store/hdf5.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -18,6 +18,18 @@ std::string unique_name(const void* address) {
 }
 
 }  // namespace
+
+std::string hdf5_message() {
+  std::string text;
+  const auto keep_innermost = [](unsigned, const H5E_error2_t* e, void* out) -> herr_t {
+    auto& t = *static_cast<std::string*>(out);
+    if (t.empty() && e->desc) t = e->desc;
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &text);
+  H5Eclear2(H5E_DEFAULT);
+  return text.empty() ? "unknown reason" : text;
+}
 
 // Where the driver leaves the file's bytes when it closes it. (H5Fget_file_image is no alternative: in 1.10 it returns
 // a superblock whose checksum is wrong.)

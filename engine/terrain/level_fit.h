@@ -1,0 +1,52 @@
+// One level of the coarse-to-fine method, node by node: fit to the points with the coarser surface as prior, and class.
+//
+// The prior of a node is a plane: a node lies in exactly one triangle of the level before (or of the surface of the round
+// before), so the prior does not bend inside it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "engine/lattice/plane.h"
+#include "engine/terrain/level_node.h"
+#include "engine/terrain/level_parameters.h"
+#include "engine/terrain/node_model.h"
+
+namespace btms {
+
+// The prior over one node, in the frame of the node's square centre (millimetres).
+struct PriorPlane {
+  double z = 0;                  // height at the square's centre
+  double slope_x = 0, slope_y = 0;
+  double sd_mm = 0;              // u_P
+
+  double at(double x, double y) const { return z + slope_x * x + slope_y * y; }
+  double slope() const;          // length of the gradient
+};
+
+// Rules of one level with a given resolution.
+class LevelRules {
+ public:
+  LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first);
+
+  const LevelParameters& p() const { return p_; }
+  std::int32_t r_mm() const { return r_mm_; }
+  double r_m() const { return r_mm_ / 1000.0; }
+  bool first() const { return first_; }
+  std::int32_t completion_halo() const;  // rings a completed node may use
+
+ private:
+  LevelParameters p_;
+  std::int32_t r_mm_;
+  bool first_;
+};
+
+// Fits the plane of a node. Depends on the set of points alone, not on their order. `node.level_class` becomes kEmpty,
+// kThin, or kNear (not yet classified against the prior); mean and slope are the prior's where there is no fit.
+// `prior` is ignored on the first level.
+LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& prior, const LevelRules& rules);
+
+// Near or above the prior, and by how much (steps 4 of the method). Only nodes with a plane change.
+void classify(LevelNode& node, const PriorPlane& prior, const LevelRules& rules);
+
+}  // namespace btms

@@ -1,0 +1,69 @@
+// Links and rims between neighbouring nodes of a level, and the verdict on whole components (steps 5 and 6).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "engine/terrain/level_fit.h"
+#include "engine/terrain/level_node.h"
+
+namespace btms {
+
+struct LevelEdge {
+  bool linked = false;
+  int step = 0;  // +1: a stands above b by more than a step, -1: below, 0: level
+};
+
+// (dx, dy): from a's square centre to b's, millimetres. Links are symmetric to the bit; a step is counted once, with the
+// node of the smaller key as a.
+inline LevelEdge compare(const LevelNode& a, const LevelNode& b, std::int32_t dx_mm, std::int32_t dy_mm,
+                         const LevelRules& rules) {
+  const LevelParameters& q = rules.p();
+  const double r_m = rules.r_m();
+  const double ax = a.slope_x / kSlopeUnit, ay = a.slope_y / kSlopeUnit, bx = b.slope_x / kSlopeUnit, by = b.slope_y / kSlopeUnit;
+  const double dx = dx_mm + b.mean_x_mm - a.mean_x_mm, dy = dy_mm + b.mean_y_mm - a.mean_y_mm;
+  const double rise = static_cast<double>(a.mean_z_mm) - b.mean_z_mm;
+  // Difference of the planes halfway between the means.
+  const double gap = rise + ((ax + bx) * dx + (ay + by) * dy) / 2;
+  const double bend = std::sqrt((ax - bx) * (ax - bx) + (ay - by) * (ay - by));
+  const double slope = std::sqrt(std::min(ax * ax + ay * ay, bx * bx + by * by));
+  LevelEdge edge;
+  edge.linked = (std::abs(gap) < (q.link_m + q.link_per_r * r_m) * 1000 && bend < q.link_slope * (1 + slope)) ||
+                std::abs(rise) < q.link_flat_m * 1000;
+  const double step = round_half_up(std::abs(rise) < std::abs(gap) ? rise : gap);
+  const double limit = (q.step_m + q.step_per_r * r_m * (1 + slope)) * 1000;
+  edge.step = step > limit ? 1 : step < -limit ? -1 : 0;
+  return edge;
+}
+
+// What is known of a component: sums over its nodes.
+struct ComponentSums {
+  std::uint64_t nodes = 0;
+  std::int64_t above_mm = 0;      // sum of d
+  std::int64_t tolerance_mm = 0;  // sum of t
+  bool above = false;             // class of all its nodes
+};
+
+// Edges along its rim towards components that still stand.
+struct RimCounts {
+  std::uint64_t rim = 0, up = 0, agree = 0;
+};
+
+// True when the component is not terrain.
+inline bool rejected(const ComponentSums& c, const RimCounts& rim, const LevelRules& rules) {
+  const LevelParameters& q = rules.p();
+  const auto n = static_cast<double>(rim.rim), up = static_cast<double>(rim.up), agree = static_cast<double>(rim.agree);
+  const bool small = c.nodes < static_cast<std::uint64_t>(q.small_nodes);
+  if (c.above) {
+    const double agreeing = agree / std::max(1.0, n);
+    if (agreeing < q.agree) return true;
+    if (rim.rim == 0 || up > q.above_up * n) return true;
+    return small && agreeing < q.agree_small;
+  }
+  const auto d = static_cast<double>(c.above_mm), t = static_cast<double>(c.tolerance_mm);
+  if (rim.rim > 0 && up > q.near_up * n && (rules.first() || d > q.near_residual * t)) return true;
+  return !rules.first() && small && d < -q.low_residual * t;
+}
+
+}  // namespace btms

@@ -1,0 +1,308 @@
+// The rounds of the coarse-to-fine method: fit, class, link, judge, complete, corners; the surface of a round is the prior
+// of the next, and that of a level's last round the prior of the finer level.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/error.h"
+#include "engine/lattice/neighbours.h"
+#include "engine/terrain/level_complete.h"
+#include "engine/tiling/level_passes.h"
+#include "engine/tiling/needy_walk.h"
+#include "engine/tiling/node_sort.h"
+
+namespace btms {
+namespace {
+
+using LevelFields = TileFields<LevelNode>;
+using Surfaces = std::vector<LevelSurface>;
+
+// Where a round takes its prior from.
+struct PriorSource {
+  const Surfaces* surfaces = nullptr;  // nullptr: first level
+  bool coarser = false;                // a level coarser than the nodes
+
+  PriorPlane of(std::size_t tile, NodeId n) const {
+    if (!surfaces) return {};
+    const LevelSurface& s = (*surfaces)[tile];
+    return coarser ? s.plane_for_child(n) : s.plane_of(n);
+  }
+  bool outside(std::size_t tile, NodeId n) const {
+    return surfaces && (*surfaces)[tile].is_outside(coarser ? parent(n) : n);
+  }
+};
+
+template <class Fn>
+void for_each_node(const CellBox& box, const Fn& fn) {
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col)
+      for (std::uint8_t t = 0; t < kTriangles; ++t) fn(NodeId{{col, row}, t});
+}
+
+// Nodes of one level, from the points. Bins lie inside tiles (both are cut at multiples of the coarsest cell).
+void fit_level(const PassContext& context, const PointBins& bins, const BinGrid& grid, const LevelRules& rules,
+               const PriorSource& prior, LevelFields& nodes) {
+  const auto& tiles = context.table.tiles();
+  // Everything without points first: it takes the prior.
+  context.for_each_tile("prior", [&](std::size_t i, int) {
+    for_each_node(tiles[i].box, [&](NodeId n) {
+      LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
+      node = LevelNode{};
+      if (prior.outside(i, n)) return;
+      node = fit_level_node({}, n.triangle, prior.of(i, n), rules);
+    });
+  });
+  std::vector<NodeSort> sorts(static_cast<std::size_t>(context.threads.count()));
+  context.progress.begin("fit", bins.counts().points, "points");
+  context.threads.for_each(bins.bins().size(), [&](std::size_t k, int worker) {
+    if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in fit");
+    const PointBins::Bin& bin = bins.bins()[k];
+    NodeSort& sort = sorts[static_cast<std::size_t>(worker)];
+    sort.sort(bin, grid);
+    const CellBox box = grid.box_of(bin.id);
+    const std::int32_t i = context.table.index_of(context.table.layout().grid.tile_of({box.col0, box.row0}));
+    const auto tile = static_cast<std::size_t>(i);
+    std::size_t at = 0;
+    for_each_node(box, [&](NodeId n) {
+      const NodePoints points = sort.node(at++);
+      if (points.size == 0 || prior.outside(tile, n)) return;
+      nodes[tile].cell(n.cell)[n.triangle] = fit_level_node(points, n.triangle, prior.of(tile, n), rules);
+    });
+    context.progress.advance(bin.size);
+  });
+}
+
+// First level: what lies further from any point than kDomainRings is not part of the map.
+void bound_domain(const PassContext& context, LevelFields& nodes) {
+  const auto& tiles = context.table.tiles();
+  exchange_halo(context.table, nodes, kDomainRings, context.threads, context.ranks);
+  context.for_each_tile("domain", [&](std::size_t i, int) {
+    SquareMask occupied(nodes[i].held());
+    const CellBox seen = tiles[i].box.grown(kDomainRings);
+    for (std::int32_t row = seen.row0; row < seen.row1; ++row)
+      for (std::int32_t col = seen.col0; col < seen.col1; ++col) {
+        const LevelNode* cell = nodes[i].cell({col, row});
+        occupied.at(col, row) = std::any_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.count > 0; });
+      }
+    const SquareMask domain = occupied.dilated(kDomainRings);
+    for_each_node(tiles[i].box, [&](NodeId n) {
+      if (!domain.at(n.cell.col, n.cell.row)) nodes[i].cell(n.cell)[n.triangle].level_class = LevelClass::kOutside;
+    });
+  });
+}
+
+bool has_plane(const LevelNode* cell) {
+  return std::any_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.has_plane(); });
+}
+
+struct CompleteScratch {
+  LevelNeighbourhood near;
+  std::vector<Cell> squares;
+  std::vector<LevelTerm> terms;
+};
+
+// Step 7: fills `completed` (interior and one ring) from `nodes`.
+void complete_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior, bool by_lattice,
+                    const LevelFields& nodes, LevelFields& completed) {
+  const auto& tiles = context.table.tiles();
+  std::vector<CompleteScratch> scratch(static_cast<std::size_t>(context.threads.count()));
+  const auto wants = [&](const LevelNode& n) {
+    return n.level_class != LevelClass::kOutside && !n.has_plane() && (n.count > 0 || rules.first());
+  };
+  context.for_each_tile("complete", [&](std::size_t i, int worker) {
+    CompleteScratch& s = scratch[static_cast<std::size_t>(worker)];
+    const TileField<LevelNode>& from = nodes[i];
+    TileField<LevelNode>& to = completed[i];
+    const CellBox& held = from.held();
+    const std::int32_t r = rules.r_mm();
+    const auto centre_x = [&](std::int32_t col) { return (col - held.col0) * r + r / 2; };
+    const auto centre_y = [&](std::int32_t row) { return (row - held.row0) * r + r / 2; };
+    // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
+    for_each_node(tiles[i].box, [&](NodeId n) {
+      LevelNode& node = to.cell(n.cell)[n.triangle];
+      node = from.cell(n.cell)[n.triangle];
+      if (node.level_class == LevelClass::kOutside || node.has_plane()) return;
+      if (rules.first()) node.level_class = LevelClass::kOutside;
+      else take_prior(node, n.triangle, prior.of(i, n), rules);
+    });
+    const std::int32_t rings = rules.completion_halo();
+    NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
+                   [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
+    walk.walk(
+        s.squares,
+        [&](const std::vector<Cell>& squares) {
+          s.near.clear();
+          for (const Cell& c : squares) {
+            const LevelNode* cell = from.cell(c);
+            for (int t = 0; t < kTriangles; ++t)
+              if (cell[t].has_plane())
+                s.near.add(cell[t], centre_x(c.col) + cell[t].mean_x_mm, centre_y(c.row) + cell[t].mean_y_mm);
+          }
+        },
+        [&](Cell c) {
+          for (std::uint8_t t = 0; t < kTriangles; ++t) {
+            const LevelNode& node = from.cell(c)[t];
+            if (!wants(node)) continue;
+            LevelNode& out = to.cell(c)[t];
+            out = node;
+            complete_level_node(out, t, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, {c, t}), rules, s.terms);
+          }
+        });
+  });
+}
+
+// One corner: weighted mean of the planes around it, and of their uncertainties (step 8).
+class LevelCorner {
+ public:
+  void add(const LevelNode& n, std::int32_t dx_mm, std::int32_t dy_mm, double floor_mm) {
+    if (n.level_class == LevelClass::kOutside) return;
+    const double x = -(dx_mm + n.mean_x_mm), y = -(dy_mm + n.mean_y_mm);
+    const double w = n.weight / std::max(floor_mm, std::sqrt(x * x + y * y));
+    z_ += w * (n.mean_z_mm + (n.slope_x * x + n.slope_y * y) / kSlopeUnit);
+    sd_ += w * n.sd_mm;
+    weight_ += w;
+  }
+  LevelSurface::Corner corner() const {
+    if (!(weight_ > 0)) return {};
+    return {static_cast<std::int32_t>(std::clamp(round_half_up(z_ / weight_), -static_cast<double>(kMaxVertical_mm),
+                                                 static_cast<double>(kMaxVertical_mm))),
+            saturate_u16(sd_ / weight_)};
+  }
+
+ private:
+  double z_ = 0, sd_ = 0, weight_ = 0;
+};
+
+LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, const LevelRules& rules) {
+  LevelSurface s(rules.r_mm(), box);
+  const std::int32_t r = rules.r_mm(), half = r / 2;
+  const double floor_mm = std::max(1.0, rules.p().corner_floor_per_r * r);
+  std::size_t k = 0;
+  for (std::int32_t row = box.row0; row <= box.row1; ++row)
+    for (std::int32_t col = box.col0; col <= box.col1; ++col) {
+      LevelCorner corner;
+      for (const NodeOffset& o : kIncidentTable)
+        corner.add(nodes.cell({col + o.col, row + o.row})[o.triangle], o.col * r + half, o.row * r + half, floor_mm);
+      s.corners[k++] = corner.corner();
+    }
+  k = 0;
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col) {
+      LevelCorner corner;
+      const LevelNode* cell = nodes.cell({col, row});
+      for (int t = 0; t < kTriangles; ++t) {
+        corner.add(cell[t], 0, 0, floor_mm);
+        s.outside[k * kTriangles + static_cast<std::size_t>(t)] = cell[t].level_class == LevelClass::kOutside;
+      }
+      s.centres[k++] = corner.corner();
+    }
+  return s;
+}
+
+// The finished tile: the surface of the last round, and what the nodes know.
+TerrainTile finish_tile(const TileField<LevelNode>& nodes, const TileField<LevelNode>& completed, const LevelSurface& s,
+                        const LevelRules& rules, FitSummary& sums) {
+  TerrainTile tile(rules.r_mm(), s.box);
+  std::vector<std::uint8_t> used(tile.corner_mm.size(), 0);
+  for_each_node(s.box, [&](NodeId n) {
+    const LevelNode& own = nodes.cell(n.cell)[n.triangle];
+    NodeSurface& out = tile.nodes[tile.node_index(n)];
+    out.count = own.count;
+    if (s.is_outside(n)) {
+      sums.unknown += own.count > 0;
+      return;
+    }
+    const auto corners = s.corners_of(n);
+    const LevelNode& filled = completed.cell(n.cell)[n.triangle];
+    out.sd_mm = static_cast<std::uint16_t>((std::uint32_t{corners[0].sd_mm} + corners[1].sd_mm + corners[2].sd_mm + 1) / 3);
+    out.weight = static_cast<std::uint8_t>((filled.weight * 255u + 32768u) >> 16);
+    if (own.has_plane()) {
+      out.state = NodeState::kObserved;
+    } else {
+      const PriorPlane p = s.plane_of(n);
+      const bool stands = own.count > 0 && own.mean_z_mm - p.at(own.mean_x_mm, own.mean_y_mm) > rules.p().near_m * 1000;
+      out.state = stands ? NodeState::kObstacle : NodeState::kPredicted;
+    }
+    sums.observed += out.state == NodeState::kObserved;
+    sums.predicted += out.state == NodeState::kPredicted;
+    sums.obstacle += out.state == NodeState::kObstacle;
+    const auto rel = triangle_corners(n.triangle);
+    tile.centre_mm[tile.cell_index(n.cell)] = corners[0].z_mm;
+    for (int k = 1; k < 3; ++k)
+      tile.corner_mm[tile.corner_index({n.cell.col + rel[k].x / 2, n.cell.row + rel[k].y / 2})] = corners[k].z_mm;
+  });
+  return tile;
+}
+
+}  // namespace
+
+LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
+                           const BinGrid& finest_grid, bool by_lattice, const Threads& threads, Ranks& ranks,
+                           Progress& progress, TileSink& sink, const std::function<void(int)>& level_done) {
+  const int levels = level_count(parameters);
+  LevelsSummary summary;
+  TileTable table = coarsest;
+  Surfaces surfaces;
+  for (int level = 0; level < levels; ++level) {
+    if (level > 0) table = table.finer();
+    const bool first = level == 0, last = level == levels - 1;
+    const LevelRules rules(parameters, table.layout().lattice.resolution_mm(), first);
+    const BinGrid grid(table.layout().lattice, finest_grid.edge_cells >> (levels - 1 - level));
+    const PassContext context{parameters, table, threads, ranks, progress};
+    const std::int32_t halo = std::max(rules.completion_halo(), kDomainRings);
+
+    const auto& tiles = table.tiles();
+    LevelFields nodes(tiles.size()), completed(tiles.size());
+    threads.for_each(tiles.size(), [&](std::size_t i, int) {
+      if (!context.owns(i)) return;
+      nodes[i] = TileField<LevelNode>(tiles[i].box, halo);
+      completed[i] = TileField<LevelNode>(tiles[i].box, kFitHalo);
+    });
+    // Ridges and cliffs climb back in rounds: fit, judge anew with the new surface, fit again.
+    const int rounds = first || last ? 1 : 3;
+    Surfaces own(tiles.size());
+    for (int round = 0; round < rounds; ++round) {
+      const PriorSource prior = round == 0 ? (first ? PriorSource{} : PriorSource{&surfaces, true}) : PriorSource{&own, false};
+      if (round != 1) fit_level(context, bins, grid, rules, prior, nodes);
+      if (first) bound_domain(context, nodes);
+      context.for_each_tile("class", [&](std::size_t i, int) {
+        for_each_node(tiles[i].box, [&](NodeId n) {
+          LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
+          if (node.level_class >= LevelClass::kNear) classify(node, prior.of(i, n), rules);
+        });
+      });
+      exchange_halo(table, nodes, kLinkHalo, threads, ranks);
+      summary.components = judge_level(context, rules, nodes);
+      exchange_halo(table, nodes, rules.completion_halo(), threads, ranks);
+      complete_level(context, rules, prior, by_lattice, nodes, completed);
+      exchange_halo(table, completed, kFitHalo, threads, ranks);
+      Surfaces next(tiles.size());
+      context.for_each_tile("corners", [&](std::size_t i, int) { next[i] = fit_surface(completed[i], tiles[i].box, rules); });
+      own = std::move(next);
+    }
+    if (last) {
+      std::vector<FitSummary> sums(static_cast<std::size_t>(threads.count()));
+      context.for_each_tile("commit", [&](std::size_t i, int worker) {
+        FitSummary here;
+        TerrainTile tile = finish_tile(nodes[i], completed[i], own[i], rules, here);
+        FitSummary& sum = sums[static_cast<std::size_t>(worker)];
+        const std::uint64_t n = here.observed + here.predicted + here.obstacle + here.unknown;
+        sum.observed += here.observed, sum.predicted += here.predicted, sum.obstacle += here.obstacle;
+        sum.unknown += here.unknown, sum.nodes += n;
+        if (n == 0) return;
+        sum.digest += digest(tile);
+        ++sum.tiles;
+        sink.put(tiles[i].id, std::move(tile));
+      });
+      for (const FitSummary& s : sums) {
+        summary.fit.digest += s.digest;
+        summary.fit.tiles += s.tiles, summary.fit.nodes += s.nodes, summary.fit.observed += s.observed;
+        summary.fit.predicted += s.predicted, summary.fit.obstacle += s.obstacle, summary.fit.unknown += s.unknown;
+      }
+    }
+    surfaces = std::move(own);
+    level_done(level);
+  }
+  return summary;
+}
+
+}  // namespace btms

@@ -1,0 +1,224 @@
+// Links, rims and verdicts of one round of a level (steps 5 and 6 of the coarse-to-fine method).
+#include <algorithm>
+#include <map>
+
+#include "engine/lattice/neighbours.h"
+#include "engine/terrain/components.h"
+#include "engine/terrain/level_links.h"
+#include "engine/tiling/level_passes.h"
+
+namespace btms {
+namespace {
+
+constexpr NodeKey kNoComponent = ~NodeKey{0};
+enum EdgeKind : std::uint8_t { kLevelEdge = 0, kUpEdge = 1, kDownEdge = 2, kAgreeEdge = 3 };
+
+struct Component {
+  NodeKey id;
+  ComponentSums sums;
+};
+struct Link {
+  NodeKey a, b;
+  friend auto operator<=>(const Link&, const Link&) = default;
+};
+// Edges of one kind between two components; kUpEdge: a stands above b.
+struct RimEdge {
+  NodeKey a, b;
+  std::uint64_t kind;
+  std::uint64_t count;
+  friend bool operator<(const RimEdge& x, const RimEdge& y) {
+    return std::tie(x.a, x.b, x.kind) < std::tie(y.a, y.b, y.kind);
+  }
+  bool same(const RimEdge& o) const { return a == o.a && b == o.b && kind == o.kind; }
+};
+
+struct PendingEdge {
+  std::uint32_t i, j;  // offsets into the node field
+  EdgeKind kind;
+};
+
+struct TileLinks {
+  std::vector<Component> components;
+  std::vector<PendingEdge> rim;                                // inside, and over the border where ours is the smaller key
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // over the border
+};
+
+Cell cell_at(const TileField<LevelNode>& nodes, std::uint32_t offset) {
+  const auto cell = static_cast<std::int64_t>(offset / kTriangles), cols = nodes.held().cols();
+  return {nodes.held().col0 + static_cast<std::int32_t>(cell % cols), nodes.held().row0 + static_cast<std::int32_t>(cell / cols)};
+}
+
+void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, TileField<NodeKey>& ids, TileLinks& out) {
+  const CellBox& box = nodes.interior();
+  const std::span<const LevelNode> value = nodes.values();
+  Components components(value.size());
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col)
+      for (std::uint8_t t = 0; t < kTriangles; ++t) {
+        const auto i = static_cast<std::uint32_t>(nodes.offset({col, row}) + t);
+        const LevelNode& a = value[i];
+        if (!a.has_plane()) continue;
+        for (const NodeOffset& o : kNeighbourTable[t]) {
+          const Cell cell{col + o.col, row + o.row};
+          const auto j = static_cast<std::uint32_t>(nodes.offset(cell) + o.triangle);
+          const bool inside = box.contains(cell);
+          if (inside && j < i) continue;  // every inner edge once
+          const LevelNode& b = value[j];
+          if (!b.has_plane()) continue;
+          const LevelEdge edge = compare(a, b, o.col * rules.r_mm(), o.row * rules.r_mm(), rules);
+          const bool same_class = a.level_class == b.level_class;
+          if (edge.linked && same_class) {
+            if (inside) components.unite(i, j);
+            else out.links.emplace_back(i, j);
+          }
+          if (j < i) continue;  // ascending offsets are ascending keys, in the halo too: the other tile counts this edge
+          if (edge.linked && !same_class) out.rim.push_back({i, j, kAgreeEdge});
+          out.rim.push_back({i, j, edge.step > 0 ? kUpEdge : edge.step < 0 ? kDownEdge : kLevelEdge});
+        }
+      }
+
+  std::vector<std::uint32_t> index(value.size());
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col)
+      for (std::uint8_t t = 0; t < kTriangles; ++t) {
+        const auto i = static_cast<std::uint32_t>(nodes.offset({col, row}) + t);
+        NodeKey& id = ids.cell({col, row})[t];
+        id = kNoComponent;
+        if (!value[i].has_plane()) continue;
+        const std::uint32_t root = components.find(i);
+        if (root == i) {
+          index[i] = static_cast<std::uint32_t>(out.components.size());
+          out.components.push_back({node_key({{col, row}, t}), {}});
+          out.components.back().sums.above = value[i].level_class == LevelClass::kAbove;
+        }
+        Component& c = out.components[index[root]];
+        id = c.id;
+        ++c.sums.nodes;
+        c.sums.above_mm += value[i].above_prior_mm;
+        c.sums.tolerance_mm += value[i].tolerance_mm;
+      }
+}
+
+std::vector<RimEdge> counted(std::vector<RimEdge> edges) {
+  std::sort(edges.begin(), edges.end());
+  std::vector<RimEdge> out;
+  for (const RimEdge& e : edges)
+    if (!out.empty() && out.back().same(e)) out.back().count += e.count;
+    else out.push_back(e);
+  return out;
+}
+
+// Global and small: sees components and counts only.
+class Verdicts {
+ public:
+  Verdicts(std::vector<Component> components, const std::vector<Link>& links, const std::vector<RimEdge>& edges,
+           const LevelRules& rules) {
+    std::sort(components.begin(), components.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+    for (const Component& c : components) ids_.push_back(c.id);
+    Components merged(ids_.size());
+    for (const Link& link : links) merged.unite(index(link.a), index(link.b));
+    std::vector<ComponentSums> sums(ids_.size());
+    root_.resize(ids_.size());
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      root_[i] = merged.find(static_cast<std::uint32_t>(i));
+      ComponentSums& s = sums[root_[i]];
+      s.nodes += components[i].sums.nodes;
+      s.above_mm += components[i].sums.above_mm;
+      s.tolerance_mm += components[i].sums.tolerance_mm;
+      s.above = components[i].sums.above;
+    }
+    rejected_.assign(ids_.size(), 0);
+    std::vector<RimCounts> rims(ids_.size());
+    for (int round = 0; round < rules.p().rejection_rounds; ++round) {
+      rims.assign(ids_.size(), RimCounts{});
+      for (const RimEdge& e : edges) {
+        const std::uint32_t a = root_[index(e.a)], b = root_[index(e.b)];
+        if (a == b) continue;
+        count(rims[a], sums[a], sums[b], rejected_[b], e, e.kind == kUpEdge);
+        count(rims[b], sums[b], sums[a], rejected_[a], e, e.kind == kDownEdge);
+      }
+      bool changed = false;
+      const std::vector<std::uint8_t> before = rejected_;
+      for (std::size_t i = 0; i < ids_.size(); ++i)
+        if (root_[i] == i && !before[i] && rejected(sums[i], rims[i], rules)) rejected_[i] = 1, changed = true;
+      if (!changed) break;
+    }
+    for (std::size_t i = 0; i < ids_.size(); ++i)
+      if (root_[i] == i) ++counts_.all, counts_.kept += !rejected_[i];
+  }
+  bool is_rejected(NodeKey id) const { return rejected_[root_[index(id)]] != 0; }
+  const ComponentCounts& counts() const { return counts_; }
+
+ private:
+  // One kind of edge as `mine` sees it, towards `other`. An edge up counts only against a component at least as large:
+  // nothing is a roof because of a pit beside it.
+  static void count(RimCounts& rim, const ComponentSums& mine, const ComponentSums& other, bool other_rejected,
+                    const RimEdge& e, bool up) {
+    if (other_rejected) return;
+    if (e.kind == kAgreeEdge) {
+      rim.agree += e.count;
+      return;
+    }
+    if (up && other.nodes < mine.nodes) return;
+    rim.rim += e.count;
+    if (up) rim.up += e.count;
+  }
+  std::uint32_t index(NodeKey id) const {
+    return static_cast<std::uint32_t>(std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin());
+  }
+  std::vector<NodeKey> ids_;
+  std::vector<std::uint32_t> root_;
+  std::vector<std::uint8_t> rejected_;
+  ComponentCounts counts_;
+};
+
+}  // namespace
+
+ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes) {
+  const auto& tiles = context.table.tiles();
+  TileFields<NodeKey> ids(tiles.size());
+  std::vector<TileLinks> tile_links(tiles.size());
+  context.for_each_tile("link", [&](std::size_t i, int) {
+    ids[i] = TileField<NodeKey>(tiles[i].box, kLinkHalo);
+    link_tile(nodes[i], rules, ids[i], tile_links[i]);
+  });
+  exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
+
+  std::vector<std::vector<RimEdge>> tile_edges(tiles.size());
+  std::vector<std::vector<Link>> tile_pairs(tiles.size());
+  context.for_each_tile("rim", [&](std::size_t i, int) {
+    const auto id_at = [&](std::uint32_t offset) { return ids[i].cell(cell_at(nodes[i], offset))[offset % kTriangles]; };
+    for (const auto& [a, b] : tile_links[i].links) tile_pairs[i].push_back({id_at(a), id_at(b)});
+    std::sort(tile_pairs[i].begin(), tile_pairs[i].end());
+    tile_pairs[i].erase(std::unique(tile_pairs[i].begin(), tile_pairs[i].end()), tile_pairs[i].end());
+    std::vector<RimEdge> edges;
+    for (const PendingEdge& e : tile_links[i].rim) {
+      const NodeKey a = id_at(e.i), b = id_at(e.j);
+      if (a != b) edges.push_back({a, b, e.kind, 1});
+    }
+    tile_edges[i] = counted(std::move(edges));
+  });
+
+  std::vector<Component> components;
+  std::vector<Link> links;
+  std::vector<RimEdge> edges;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    components.insert(components.end(), tile_links[i].components.begin(), tile_links[i].components.end());
+    links.insert(links.end(), tile_pairs[i].begin(), tile_pairs[i].end());
+    edges.insert(edges.end(), tile_edges[i].begin(), tile_edges[i].end());
+  }
+  const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(links), context.ranks.gather(edges), rules);
+  context.for_each_tile("verdict", [&](std::size_t i, int) {
+    const CellBox& box = tiles[i].box;
+    for (std::int32_t row = box.row0; row < box.row1; ++row)
+      for (std::int32_t col = box.col0; col < box.col1; ++col) {
+        LevelNode* node = nodes[i].cell({col, row});
+        const NodeKey* id = ids[i].cell({col, row});
+        for (int t = 0; t < kTriangles; ++t)
+          if (id[t] != kNoComponent && verdicts.is_rejected(id[t])) node[t].level_class = LevelClass::kRejected;
+      }
+  });
+  return verdicts.counts();
+}
+
+}  // namespace btms

@@ -1,0 +1,28 @@
+// The coarse-to-fine build: the same loop as passes.h, level by level.
+#pragma once
+
+#include "engine/terrain/level_fit.h"
+#include "engine/tiling/level_surface.h"
+#include "engine/tiling/passes.h"
+
+namespace btms {
+
+// Links the nodes of a level, counts rims, and rejects components that are not terrain (kRejected). Collective; needs
+// kLinkHalo rings of `nodes`, leaves halos stale.
+ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes);
+
+struct LevelsSummary {
+  FitSummary fit;
+  ComponentCounts components;  // of the finest level's last round
+};
+
+// The map ends this many coarsest cells beyond the last point.
+inline constexpr std::int32_t kDomainRings = 2;
+
+// All levels from the binned points (bins of `grid`: one cell of the coarsest level) to finished tiles. `coarsest` is the
+// table of the coarsest level. Calls level_done(level) after each. Collective; sums over this rank's tiles.
+LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
+                           const BinGrid& grid, bool neighbours_by_lattice, const Threads& threads, Ranks& ranks,
+                           Progress& progress, TileSink& sink, const std::function<void(int)>& level_done);
+
+}  // namespace btms
