@@ -176,7 +176,8 @@ Command add_build(CLI::App& btms) {
   app->add_option("--picture", command->picture, "Also write a shaded relief of the map")
       ->type_name("FILE.png")
       ->default_str("");
-  app->add_option("--tile-cells", command->tile_cells, "Edge of a tile in cells of the coarsest level, whole for one tile; auto is 128 of the finest level")
+  app->add_option("--tile-cells", command->tile_cells,
+                  "Edge of a tile in cells of the coarsest level, whole for one tile; auto is 128 of the finest level")
       ->type_name("N");
   app->add_option("--executor", command->executor, "serial, tbb (threads), or ranks:N (processes that share nothing)")
       ->type_name("KIND")
