@@ -8,7 +8,9 @@
 #include "apps/btms/build_report.h"
 #include "apps/btms/command.h"
 #include "apps/btms/inputs.h"
+#include "apps/btms/outputs.h"
 #include "apps/btms/parameter_options.h"
+#include "apps/btms/reference_system.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
 #include "io/export/relief.h"
@@ -58,18 +60,6 @@ std::optional<std::int32_t> parse_tile_cells(const std::string& text) {
               fmt::format("--tile-cells: found `{}`, expected a number from 1 to 32768, whole or auto", text));
 }
 
-// Hours of work must not end at an output that could never be written.
-void check_outputs(const BuildCommand& command) {
-  const fs::path map(command.output);
-  if (fs::exists(map) && !fs::is_directory(map))
-    throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);
-  if (!command.picture.empty()) {
-    const fs::path folder = fs::absolute(command.picture).parent_path();
-    if (!fs::is_directory(folder))
-      throw Error(ErrorCode::kUsage, "the picture's folder does not exist", folder.string());
-  }
-}
-
 // What every rank runs: opens the inputs itself, builds its share, writes its shards; rank 0 publishes.
 // Returns the summary, the same on every rank.
 BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> paths, const BuildOptions& options,
@@ -110,16 +100,22 @@ int run_build(const BuildCommand& command) {
                              .tile_cells = parse_tile_cells(command.tile_cells),
                              .neighbours_by_lattice = command.neighbours == "lattice",
                              .max_nodes = command.max_nodes};
-  check_outputs(command);
-  const auto paths = expand_inputs(command.inputs);
+  if (fs::exists(command.output) && !fs::is_directory(command.output))
+    throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);
+  const InputList list = expand_inputs(command.inputs);
+  const auto& paths = list.paths;
+  if (!command.picture.empty()) check_picture(command.picture, command.output, paths);
   MapInfo info;
   info.parameters = choice.parameters;
   info.preset = choice.preset;
   BuildReport report;
   {
     const PointFiles files = open_all(paths);
-    log_warnings(files);
-    info.crs_wkt = agreed_crs(files, command.crs);
+    log_warnings(list, files);
+    report.warnings = list.warnings;
+    const std::size_t logged = report.warnings.size();
+    info.crs_wkt = agreed_crs(files, command.crs, report.warnings);
+    for (std::size_t i = logged; i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
     for (const auto& file : files) {
       info.inputs.push_back({file->path().filename().string(), file->info().points, file->info().bytes});
       report.inputs.push_back(input_json(*file));
@@ -139,6 +135,12 @@ int run_build(const BuildCommand& command) {
     body(*single_rank());
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 
+  if (report.summary.observed + report.summary.predicted == 0) {
+    report.warnings.emplace_back(
+        "no terrain was found: try a smaller --resolution or --min-points, or --preset partial-map for a map made by "
+        "a robot");
+    spdlog::warn("{}", report.warnings.back());
+  }
   if (!command.picture.empty()) write_relief(*MapReader::open(command.output), command.picture);
   report.map = command.output;
   report.picture = command.picture;
@@ -170,8 +172,9 @@ Command add_build(CLI::App& btms) {
   app->add_option("-o,--output", command->output, "The map's folder, by custom called NAME.btms")
       ->required()
       ->type_name("MAP");
-  app->add_option("--crs", command->crs, "Reference system of the coordinates, EPSG:n (default: what the inputs say)")
-      ->type_name("EPSG:n")
+  app->add_option("--crs", command->crs,
+                  "Reference system of the coordinates, EPSG:n or WKT (default: what the inputs say)")
+      ->type_name("CRS")
       ->default_str("");
   app->add_option("--picture", command->picture, "Also write a shaded relief of the map")
       ->type_name("FILE.png")

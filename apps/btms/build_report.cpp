@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <cmath>
+
 namespace btms {
 namespace {
 
@@ -12,7 +14,7 @@ double points_per_second(const BuildReport& report) {
 Json report_json(const BuildReport& report) {
   const BuildSummary& s = report.summary;
   Json phases = Json::array();
-  for (const PhaseTime& phase : s.phases) phases.push_back({{"phase", phase.phase}, {"seconds", phase.seconds}});
+  for (const PhaseTime& phase : s.phases) phases.push_back({{"phase", phase.phase}, {"seconds", tidy(phase.seconds)}});
   Json json;
   json["map"] = report.map;
   if (!report.picture.empty()) json["picture"] = report.picture;
@@ -26,14 +28,15 @@ Json report_json(const BuildReport& report) {
                    {"obstacle", s.obstacle},
                    {"unknown", s.unknown}};
   json["components"] = {{"found", s.components}, {"kept", s.components_kept}};
-  json["seconds"] = report.seconds;
+  json["seconds"] = tidy(report.seconds);
   json["phases"] = phases;
-  json["points_per_second"] = points_per_second(report);
+  json["points_per_second"] = std::round(points_per_second(report));
   json["peak_rss_bytes"] = peak_rss_bytes();
   json["executor"] = report.executor;
   json["preset"] = report.choice.preset;
   json["parameters"] = parameters_json(report.choice.parameters);
   json["inputs"] = report.inputs;
+  json["warnings"] = report.warnings;
   return json;
 }
 
@@ -43,7 +46,7 @@ void print_build_report(const BuildReport& report, bool as_json) {
   if (as_json) return print_json(report_json(report));
   const BuildSummary& s = report.summary;
   TextTable table(TextTable::Align::kLeft);
-  table.row({"points", fmt::format("{} from {} files", grouped(s.points), report.inputs.size())});
+  table.row({"points", fmt::format("{} from {}", grouped(s.points), counted(report.inputs.size(), "file"))});
   table.row({"dropped", fmt::format("{} not finite, {} out of range", grouped(s.not_finite), grouped(s.out_of_range))});
   table.row({"tiles", grouped(s.tiles)});
   table.row({"nodes", fmt::format("{}: {} observed, {} predicted, {} obstacle, {} unknown", grouped(s.nodes),

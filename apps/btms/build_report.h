@@ -14,7 +14,8 @@ struct BuildReport {
   ParameterChoice choice;
   std::string map, picture, executor;
   Json inputs = Json::array();
-  double seconds = 0;  // from the first point read to the map published
+  std::vector<std::string> warnings;  // of the whole; a file's own are in `inputs`
+  double seconds = 0;                 // from the first point read to the map published
 };
 
 void print_build_report(const BuildReport& report, bool as_json);

@@ -4,10 +4,10 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/btms/command.h"
+#include "apps/btms/open_map.h"
 #include "apps/btms/report.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
-#include "io/store/map_store.h"
 
 namespace btms {
 namespace {
@@ -18,7 +18,7 @@ struct DigestCommand {
 };
 
 int run_digest(const DigestCommand& command) {
-  const auto map = MapReader::open(command.map);
+  const auto map = open_map(command.map);
   const auto tiles = map->tiles();
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());

@@ -1,15 +1,18 @@
 // btms label: the points of the inputs, labelled against a finished map.
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <chrono>
 
 #include "apps/btms/command.h"
 #include "apps/btms/inputs.h"
 #include "apps/btms/label_report.h"
+#include "apps/btms/open_map.h"
+#include "apps/btms/outputs.h"
 #include "apps/btms/stop_signal.h"
 #include "apps/btms/tile_cache.h"
+#include "engine/error.h"
 #include "engine/tiling/label.h"
-#include "io/store/map_store.h"
 
 namespace btms {
 namespace {
@@ -18,6 +21,7 @@ struct LabelCommand {
   CommonOptions common;
   std::string map, output;
   std::vector<std::string> inputs;
+  bool force = false;
 };
 
 // One bar over all files, although the engine begins a phase for each.
@@ -31,17 +35,31 @@ class OnePhase final : public Progress {
   Progress& display_;
 };
 
+// A map of another place calls everything an obstacle. Throws Error(kBadInput) when no point is over the map's surface;
+// otherwise gives a warning when most are not, or nothing.
+std::string check_cover(const PointFile& file, const LabelCounts& counts, const std::string& map) {
+  const std::uint64_t points = file.size() - counts.dropped;
+  if (2 * counts.outside <= points) return {};
+  if (counts.outside == points)
+    throw Error(ErrorCode::kBadInput,
+                fmt::format("none of its points lies where {} has a surface: is it the map of this file?", map),
+                file.path().string());
+  return fmt::format("{}: {} % of the points lie where {} has no surface", file.path().string(),
+                     percent_text(static_cast<double>(counts.outside) / static_cast<double>(points)), map);
+}
+
 int run_label(const LabelCommand& command) {
-  const auto reader = MapReader::open(command.map);
+  const auto reader = open_map(command.map);
   const TileCache map(*reader);
-  const auto paths = expand_inputs(command.inputs);
-  const PointFiles files = open_all(paths);
-  log_warnings(files);
-  prepare_output_folder(files, command.output);
+  const InputList list = expand_inputs(command.inputs);
+  const PointFiles files = open_all(list.paths);
+  log_warnings(list, files);
+  prepare_label_folder(files, command.output, command.force);
 
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
   LabelReport report;
+  report.warnings = list.warnings;
   ProgressDisplay display(command.common.progress_style());
   display.begin("label", total_points(files), "points");
   OnePhase progress(display);
@@ -51,11 +69,14 @@ int run_label(const LabelCommand& command) {
     const auto write = [&](std::uint64_t first, std::span<const Label> labels) { writer->write(first, labels); };
     const LabelCounts counts = label_points(*file, map, reader->info().parameters, *threads, write, progress);
     throw_if_stopped();
+    const std::string warning = check_cover(*file, counts, command.map);
+    if (!warning.empty()) report.warnings.push_back(warning);
     writer->commit();
     report.add(*file, writer->path(), counts);
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   display.finish();
+  for (std::size_t i = list.warnings.size(); i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
   report.print(command.common.json);
   return 0;
 }
@@ -83,6 +104,7 @@ Command add_label(CLI::App& btms) {
   app->add_option("-o,--output", command->output, "Folder for the results; made when missing")
       ->required()
       ->type_name("DIR");
+  add_force_option(*app, command->force);
   add_run_options(*app, command->common);
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_label(*command); }};

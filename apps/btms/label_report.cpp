@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <cmath>
+
 #include "apps/btms/report.h"
 
 namespace btms {
@@ -51,14 +53,15 @@ void LabelReport::print(bool as_json) const {
       json["files"].push_back(std::move(entry));
     }
     json["total"] = counts_json(total, points);
-    json["seconds"] = seconds;
-    json["points_per_second"] = rate;
-    if (mean_scan_seconds >= 0) json["mean_scan_seconds"] = mean_scan_seconds;
+    json["seconds"] = tidy(seconds);
+    json["points_per_second"] = std::round(rate);
+    if (mean_scan_seconds >= 0) json["mean_scan_seconds"] = tidy(mean_scan_seconds);
     json["peak_rss_bytes"] = peak_rss_bytes();
+    json["warnings"] = warnings;
     return print_json(json);
   }
   TextTable table;
-  table.row({"file", "points", "terrain", "obstacle", "below", "dropped", "of obstacle outside the surface"});
+  table.row({"file", "points", "terrain", "obstacle", "below", "dropped", "no surface there"});
   for (std::size_t i = 0; i < std::min(files.size(), kFilesShown); ++i)
     table.row(cells(files[i].output.string(), files[i].counts, files[i].points));
   if (files.size() > kFilesShown) table.row({fmt::format("... {} more", files.size() - kFilesShown)});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "engine/tiling/label.h"
@@ -16,6 +17,7 @@ struct LabelReport {
     LabelCounts counts;
   };
   std::vector<File> files;
+  std::vector<std::string> warnings;
   double seconds = 0;             // in all, file access included
   double mean_scan_seconds = -1;  // segment: model and labels of a scan, without file access
 

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <new>
+#include <span>
 
 #include "apps/btms/command.h"
 #include "apps/btms/report.h"
@@ -61,6 +62,18 @@ int run(const Command& command) {
   }
 }
 
+// CLI11 would only say that a subcommand is required. True when it was told here that there is none of this name.
+bool is_unknown_word(const std::string& word, std::span<const Command> commands) {
+  if (word.starts_with('-')) return false;
+  std::string names;
+  for (const Command& command : commands) {
+    if (command.app->get_name() == word) return false;
+    names += " " + command.app->get_name();
+  }
+  std::fprintf(stderr, "btms: unknown subcommand `%s`; there are:%s\n", word.c_str(), names.c_str());
+  return true;
+}
+
 }  // namespace
 }  // namespace btms
 
@@ -77,6 +90,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
+    if (argc > 1 && is_unknown_word(argv[1], commands)) return exit_status(ErrorCode::kUsage);
     return app.exit(error) == 0 ? 0 : exit_status(ErrorCode::kUsage);
   }
   for (const Command& command : commands)

@@ -1,14 +1,16 @@
 // btms query: the height of the terrain at places.
 #include <spdlog/fmt/fmt.h>
 
+#include <cmath>
 #include <iostream>
 
 #include "apps/btms/command.h"
 #include "apps/btms/coordinates.h"
+#include "apps/btms/open_map.h"
 #include "apps/btms/report.h"
 #include "apps/btms/tile_cache.h"
+#include "engine/lattice/coordinates.h"
 #include "engine/model/surface.h"
-#include "io/store/map_store.h"
 
 namespace btms {
 namespace {
@@ -33,49 +35,73 @@ const char* state_name(NodeState state) {
   return "unknown";
 }
 
-Json place_json(Place place, const SurfacePoint& s) {
-  Json json{{"x", place.x_m}, {"y", place.y_m}};
-  const bool known = s.state != NodeState::kUnknown;
-  json["z"] = known ? Json(s.z_m) : Json();
-  json["state"] = state_name(s.state);
-  if (known) {
-    json["sd"] = s.sd_m;
-    json["normal"] = {s.normal[0], s.normal[1], s.normal[2]};
-    json["support"] = s.support;
-    json["weight"] = s.weight;
-  }
+struct Answer {
+  Place place;
+  SurfacePoint surface;
+  bool outside = false;  // no tile there, or nothing of the tile
+
+  bool known() const { return surface.state != NodeState::kUnknown; }
+  const char* state() const { return outside ? "outside" : state_name(surface.state); }
+};
+
+Answer answer_for(const TileSource& map, const Place& place) {
+  const auto mm = [](double metres) { return static_cast<std::int64_t>(std::llround(metres * 1000)); };
+  Answer answer{place, surface_at(map, place.x_m, place.y_m), false};
+  if (answer.known()) return answer;
+  // Coordinates no map can hold would not fit a cell index.
+  constexpr double kMax_m = static_cast<double>(kMaxHorizontal_mm) / 1000;
+  answer.outside = !(std::abs(place.x_m) <= kMax_m && std::abs(place.y_m) <= kMax_m);
+  if (answer.outside) return answer;
+  const Cell cell = map.layout().lattice.cell_at(mm(place.x_m), mm(place.y_m));
+  const auto tile = map.load(map.layout().grid.tile_of(cell));
+  answer.outside = !tile || !tile->box.contains(cell);
+  return answer;
+}
+
+// The same keys everywhere; null where there is no surface.
+Json answer_json(const Answer& a) {
+  const SurfacePoint& s = a.surface;
+  const auto number = [&](double n) { return a.known() ? Json(tidy(n)) : Json(); };
+  Json json{{"x", a.place.x_m}, {"y", a.place.y_m}};
+  json["z"] = number(s.z_m);
+  json["state"] = a.state();
+  json["sd"] = number(s.sd_m);
+  json["normal"] = a.known() ? Json{tidy(s.normal[0]), tidy(s.normal[1]), tidy(s.normal[2])} : Json();
+  json["support"] = number(s.support);
+  json["weight"] = number(s.weight);
   json["count"] = s.count;
   return json;
 }
 
-std::string place_text(Place place, const SurfacePoint& s) {
-  const std::string where = fmt::format("{:.3f} {:.3f}", place.x_m, place.y_m);
-  if (s.state == NodeState::kUnknown) return fmt::format("{} nan unknown nan nan nan nan 0", where);
-  return fmt::format("{} {:.3f} {} {:.3f} {:.4f} {:.4f} {:.4f} {:.2f}", where, s.z_m, state_name(s.state), s.sd_m,
-                     s.normal[0], s.normal[1], s.normal[2], s.support);
+std::string answer_text(const Answer& a) {
+  const SurfacePoint& s = a.surface;
+  const std::string where = fmt::format("{:.3f} {:.3f}", a.place.x_m, a.place.y_m);
+  if (!a.known()) return fmt::format("{} nan {} nan nan nan nan nan nan {}", where, a.state(), s.count);
+  return fmt::format("{} {:.3f} {} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {}", where, s.z_m, a.state(), s.sd_m,
+                     s.normal[0], s.normal[1], s.normal[2], s.support, s.weight, s.count);
 }
 
 int run_query(const QueryCommand& command) {
-  const auto reader = MapReader::open(command.map);
+  std::vector<Place> at;
+  for (const std::string& text : command.at) at.push_back(parse_place(text, "--at"));
+  const auto reader = open_map(command.map);
   const TileCache map(*reader);
   Json places = Json::array();
-  if (!command.common.json) print_line("# x_m y_m z_m state sd_m normal_x normal_y normal_z support");
-  const auto answer = [&](std::string_view text, const std::string& what) {
-    const Place place = parse_place(text, what);
-    const SurfacePoint s = surface_at(map, place.x_m, place.y_m);
+  if (!command.common.json) print_line("# x_m y_m z_m state sd_m normal_x normal_y normal_z support weight count");
+  const auto answer = [&](const Place& place) {
     if (command.common.json)
-      places.push_back(place_json(place, s));
+      places.push_back(answer_json(answer_for(map, place)));
     else
-      print_line(place_text(place, s));
+      print_line(answer_text(answer_for(map, place)));
   };
-  for (const std::string& text : command.at) answer(text, "--at");
-  if (command.at.empty()) {
+  for (const Place& place : at) answer(place);
+  if (at.empty()) {
     std::string line;
     for (std::uint64_t n = 1; std::getline(std::cin, line); ++n)
-      if (line.find_first_not_of(" \t\r") != std::string::npos) answer(line, fmt::format("line {}", n));
+      if (line.find_first_not_of(" \t\r") != std::string::npos) answer(parse_place(line, fmt::format("line {}", n)));
   }
   if (command.common.json) {
-    if (command.at.size() == 1)
+    if (at.size() == 1)
       print_json(places[0]);
     else
       print_json(Json{{"places", places}});
@@ -90,9 +116,10 @@ constexpr const char* kFooter =
     "  printf '120.5 88.25\\n121 88\\n' | btms query city.btms\n"
     "\n"
     "A state is observed (ground seen there), predicted (inferred from the surroundings), obstacle (ground inferred\n"
-    "below something that stands there) or unknown (no surface: z is nan, or null in JSON). sd is the standard\n"
-    "deviation of the height, support the sum of kernel values behind a prediction. With --json one --at gives one\n"
-    "object, several or stdin give {\"places\": [...]}.";
+    "below something that stands there), unknown (no surface, z is nan, or null in JSON) or outside (nor is the map\n"
+    "there; `btms info city.btms` says where it is). sd is the standard deviation of the height, support the sum of\n"
+    "kernel values behind a prediction, weight how traversable the node is, count its points. With --json one --at\n"
+    "gives one object, several or stdin give {\"places\": [...]}.";
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 
@@ -30,9 +31,17 @@ std::string scaled(double n, std::string_view space) {
 }  // namespace
 
 std::string grouped(std::uint64_t n) {
-  std::string digits = std::to_string(n);
-  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3) digits.insert(static_cast<std::size_t>(at), " ");
-  return digits;
+  const std::string digits = std::to_string(n);
+  std::string text;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text += ' ';
+    text += digits[i];
+  }
+  return text;
+}
+
+std::string counted(std::uint64_t n, std::string_view noun) {
+  return fmt::format("{} {}{}", grouped(n), noun, n == 1 ? "" : "s");
 }
 
 std::string rounded(double n) { return scaled(n, ""); }
@@ -62,6 +71,8 @@ void print_line(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fputc('\n', stdout) == EOF)
     throw Error(ErrorCode::kFailed, "cannot write to stdout");
 }
+
+double tidy(double n) { return std::round(n * 1e6) / 1e6 + 0.0; }  // and no -0
 
 void print_json(const Json& object) {
   // A file name may be any bytes: what is not UTF-8 is replaced rather than refused.

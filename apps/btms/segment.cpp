@@ -7,6 +7,7 @@
 #include "apps/btms/inputs.h"
 #include "apps/btms/label_report.h"
 #include "apps/btms/memory_source.h"
+#include "apps/btms/outputs.h"
 #include "apps/btms/parameter_options.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/tiling/segment.h"
@@ -21,6 +22,7 @@ struct SegmentCommand {
   ParameterOptions parameters;
   std::vector<std::string> scans;
   std::string output;
+  bool force = false;
 };
 
 double seconds_since(Clock::time_point begun) { return std::chrono::duration<double>(Clock::now() - begun).count(); }
@@ -42,16 +44,17 @@ double segment_one(const PointFile& file, const Parameters& parameters, const st
 
 int run_segment(const SegmentCommand& command) {
   const ParameterChoice choice = command.parameters.resolve();
-  const auto paths = expand_inputs(command.scans);
-  const PointFiles files = open_all(paths);
-  log_warnings(files);
-  prepare_output_folder(files, command.output);
+  const InputList list = expand_inputs(command.scans);
+  const PointFiles files = open_all(list.paths);
+  log_warnings(list, files);
+  prepare_label_folder(files, command.output, command.force);
 
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
   ProgressDisplay progress(command.common.progress_style());
   progress.begin("segment", total_points(files), "points");
   LabelReport report;
+  report.warnings = list.warnings;
   report.files.resize(files.size());
   std::vector<double> seconds(files.size());
   const auto begun = Clock::now();
@@ -67,7 +70,8 @@ int run_segment(const SegmentCommand& command) {
   for (const double s : seconds) sum += s;
   report.mean_scan_seconds = sum / static_cast<double>(seconds.size());
   for (const LabelReport::File& file : report.files)
-    if (file.counts.dropped == file.points) spdlog::warn("{}: no point to segment", file.input.string());
+    if (file.counts.dropped == file.points) report.warnings.push_back(file.input.string() + ": no point to segment");
+  for (std::size_t i = list.warnings.size(); i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
   report.print(command.common.json);
   return 0;
 }
@@ -92,6 +96,7 @@ Command add_segment(CLI::App& btms) {
   app->add_option("-o,--output", command->output, "Folder for the labels; made when missing")
       ->required()
       ->type_name("DIR");
+  add_force_option(*app, command->force);
   add_run_options(*app, command->common);
   command->parameters.add_to(*app, "single-scan");
   add_output_options(*app, command->common);

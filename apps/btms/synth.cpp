@@ -6,7 +6,8 @@
 
 #include "apps/btms/command.h"
 #include "apps/btms/coordinates.h"
-#include "apps/btms/inputs.h"
+#include "apps/btms/outputs.h"
+#include "apps/btms/reference_system.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
 #include "engine/scenes/scene.h"
@@ -22,6 +23,7 @@ struct SynthCommand {
   SceneOptions scene;
   std::string origin = "0,0", crs, output;
   std::size_t files = 1;
+  bool force = false;
 };
 
 struct WrittenFile {
@@ -62,14 +64,14 @@ void print_synth(const SynthCommand& command, const Scene& scene, const std::vec
   for (const WrittenFile& file : files) points += file.points;
   if (command.common.json) {
     Json json{{"scene", command.scene.name}, {"seed", command.scene.seed},   {"points", points},
-              {"width_m", scene.width_m()},  {"height_m", scene.height_m()}, {"seconds", seconds}};
+              {"width_m", scene.width_m()},  {"height_m", scene.height_m()}, {"seconds", tidy(seconds)}};
     json["files"] = Json::array();
     for (const WrittenFile& file : files)
       json["files"].push_back({{"path", file.path.string()}, {"points", file.points}});
     return print_json(json);
   }
   for (const WrittenFile& file : files)
-    print_line(fmt::format("{}  {} points", file.path.string(), grouped(file.points)));
+    print_line(fmt::format("{}  {}", file.path.string(), counted(file.points, "point")));
   print_line(fmt::format("{} points on {:.0f} m x {:.0f} m in {}", grouped(points), scene.width_m(), scene.height_m(),
                          seconds_text(seconds)));
 }
@@ -84,6 +86,12 @@ int run_synth(SynthCommand& command) {
         ErrorCode::kUsage,
         fmt::format("--files: a scene of this size has {} blocks, which gives at most as many files", scene->blocks()));
   const std::string crs = metric_crs(command.crs);
+  std::vector<fs::path> paths;
+  for (std::size_t k = 0; k < command.files; ++k)
+    paths.push_back(fs::path(command.output) / (command.files == 1
+                                                    ? command.scene.name + ".las"
+                                                    : fmt::format("{}_{:03}.las", command.scene.name, k)));
+  refuse_existing(paths, command.force);
   std::error_code error;
   fs::create_directories(command.output, error);
   if (error) throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), command.output);
@@ -95,14 +103,11 @@ int run_synth(SynthCommand& command) {
   const auto begun = std::chrono::steady_clock::now();
   std::vector<WrittenFile> files;
   for (std::size_t k = 0; k < command.files; ++k) {
-    const std::string name =
-        command.files == 1 ? command.scene.name + ".las" : fmt::format("{}_{:03}.las", command.scene.name, k);
-    const fs::path path = fs::path(command.output) / name;
-    const auto writer = LasWriter::create(path, crs);
+    const auto writer = LasWriter::create(paths[k], crs);
     const std::size_t first = scene->blocks() * k / command.files, last = scene->blocks() * (k + 1) / command.files;
     const std::uint64_t points = write_blocks(*scene, first, last, *writer, *threads, progress);
     writer->commit();
-    files.push_back({path, points});
+    files.push_back({paths[k], points});
   }
   progress.finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begun;
@@ -145,7 +150,10 @@ Command add_synth(CLI::App& btms) {
   app->add_option("--files", command->files, "Tiles to split the world into")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1000}))
       ->type_name("K");
-  app->add_option("--crs", command->crs, "Reference system to name in the files")->type_name("EPSG:n")->default_str("");
+  app->add_option("--crs", command->crs, "Reference system to name in the files, EPSG:n or WKT")
+      ->type_name("CRS")
+      ->default_str("");
+  add_force_option(*app, command->force);
   add_run_options(*app, command->common);
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_synth(*command); }};

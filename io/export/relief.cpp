@@ -91,13 +91,13 @@ class Canvas {
       }
   }
 
-  void copy_to(Picture& picture) const {
+  void copy_to(Picture& picture, int left) const {
     for (int y = 0; y < height_; ++y)
       for (int x = 0; x < width_; ++x) {
         const Sum& s =
             sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
         const auto mean = [&](std::uint32_t sum) { return static_cast<std::uint8_t>((sum + s.n / 2) / s.n); };
-        if (s.n > 0) picture.set(x, y, {mean(s.r), mean(s.g), mean(s.b)});
+        if (s.n > 0) picture.set(left + x, y, {mean(s.r), mean(s.g), mean(s.b)});
       }
   }
 
@@ -143,29 +143,33 @@ std::string length_text(double length_m) {
   return text + (km ? " km" : " m");
 }
 
-struct LegendLayout {
-  int scale, height, width;
-};
+constexpr std::array<std::pair<NodeState, const char*>, 4> kLegend{{{NodeState::kObserved, "observed"},
+                                                                    {NodeState::kPredicted, "predicted"},
+                                                                    {NodeState::kObstacle, "obstacle"},
+                                                                    {NodeState::kUnknown, "unknown"}}};
 
-constexpr std::array<std::pair<NodeState, const char*>, 3> kLegend{
-    {{NodeState::kObserved, "observed"}, {NodeState::kPredicted, "predicted"}, {NodeState::kObstacle, "obstacle"}}};
+// All in dots of the font.
+constexpr int kMargin = 8, kSwatch = 10, kGap = 10, kBar = 60, kLegendHeight = 23;
 
-LegendLayout legend_layout(int scale) {
-  int width = 8 * scale;
-  for (const auto& entry : kLegend) width += 14 * scale + Picture::text_width(entry.second, scale) + 10 * scale;
-  return {scale, 23 * scale, width + 110 * scale};
+// Wide enough for the longest bar and text there can be.
+int legend_width(int scale) {
+  int width = 2 * kMargin;
+  for (const auto& entry : kLegend) width += kSwatch + 4 + Picture::text_width(entry.second, 1) + kGap;
+  width += kBar + 5 + Picture::text_width("0.005 m", 1) + kGap + Picture::text_width("relief x10", 1);
+  return width * scale;
 }
 
-void draw_legend(Picture& picture, const LegendLayout& legend, double metres_per_pixel, double relief) {
-  const int s = legend.scale, top = picture.height() - legend.height + 8 * s;
-  int x = 8 * s;
+void draw_legend(Picture& picture, int s, double metres_per_pixel, double relief) {
+  const int top = picture.height() - (kLegendHeight - 8) * s;
+  int x = kMargin * s;
   for (const auto& [state, name] : kLegend) {
-    picture.fill(x, top - s, 10 * s, 9 * s, kInk);
-    picture.fill(x + 1, top - s + 1, 10 * s - 2, 9 * s - 2, state_colour(state));
-    picture.text(x + 14 * s, top, name, s, kInk);
-    x += 24 * s + Picture::text_width(name, s);
+    picture.fill(x, top - s, kSwatch * s, 9 * s, kInk);
+    const Rgb colour = state == NodeState::kUnknown ? kPaper : state_colour(state);
+    picture.fill(x + 1, top - s + 1, kSwatch * s - 2, 9 * s - 2, colour);
+    picture.text(x + (kSwatch + 4) * s, top, name, s, kInk);
+    x += (kSwatch + 4 + kGap) * s + Picture::text_width(name, s);
   }
-  const double bar_m = round_length_m(60 * s * metres_per_pixel);
+  const double bar_m = round_length_m(kBar * s * metres_per_pixel);
   const int bar = std::max(1, static_cast<int>(std::lround(bar_m / metres_per_pixel)));
   picture.fill(x, top + 3 * s, bar, s, kInk);
   picture.fill(x, top, s, 7 * s, kInk);
@@ -173,7 +177,7 @@ void draw_legend(Picture& picture, const LegendLayout& legend, double metres_per
   x += bar + 5 * s;
   const std::string length = length_text(bar_m);
   picture.text(x, top, length, s, kInk);
-  x += Picture::text_width(length, s) + 10 * s;
+  x += Picture::text_width(length, s) + kGap * s;
   if (relief > 1) picture.text(x, top, "relief x" + std::to_string(static_cast<int>(relief)), s, kInk);
 }
 
@@ -182,20 +186,20 @@ void draw_legend(Picture& picture, const LegendLayout& legend, double metres_per
 void write_relief(const TileSource& map, const std::filesystem::path& png, std::uint32_t max_pixels) {
   const Survey s = survey(map);
   const double relief = relief_of(s);
-  const LegendLayout legend = legend_layout(max_pixels >= 1000 ? 2 : 1);
+  const int scale = max_pixels >= 1000 ? 2 : 1;
   const auto limit = static_cast<std::int64_t>(std::clamp<std::uint32_t>(max_pixels, 64, 20000));
-  const bool with_legend = limit >= legend.width;
-  const int strip = with_legend ? legend.height : 0;
+  const bool with_legend = limit >= legend_width(scale);
+  const int strip = with_legend ? kLegendHeight * scale : 0;
   const Zoom zoom = zoom_for(s.box, limit, limit - strip);
 
   Canvas canvas(s.box, zoom);
   for (const TileId id : map.tiles())
     if (const auto tile = map.load(id)) canvas.draw(*tile, relief);
-  const int width = std::max(zoom.pixels(s.box.cols()), with_legend ? legend.width : 1);
+  const int width = std::max(zoom.pixels(s.box.cols()), with_legend ? legend_width(scale) : 1);
   Picture picture(width, std::max(1, zoom.pixels(s.box.rows()) + strip), kPaper);
-  canvas.copy_to(picture);
+  canvas.copy_to(picture, (width - zoom.pixels(s.box.cols())) / 2);
   if (with_legend)
-    draw_legend(picture, legend, map.layout().lattice.resolution_m() * zoom.reduced / zoom.enlarged, relief);
+    draw_legend(picture, scale, map.layout().lattice.resolution_m() * zoom.reduced / zoom.enlarged, relief);
   picture.write_png(png);
 }
 

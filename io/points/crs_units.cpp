@@ -131,4 +131,16 @@ std::string crs_in_metres(const std::string& crs) {
   return cache.get(crs, [&] { return convert_to_metres(crs); });
 }
 
+bool same_horizontal_crs(const std::string& a, const std::string& b) {
+  const Context context = quiet_context();
+  const auto horizontal = [&](const std::string& crs) {
+    const Object whole = parse(context.get(), crs);
+    return whole ? part(context.get(), whole.get(), 0) : nullptr;
+  };
+  const Object first = horizontal(a), second = horizontal(b);
+  if (!first || !second) return true;
+  return proj_is_equivalent_to_with_ctx(context.get(), first.get(), second.get(),
+                                        PJ_COMP_EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS) != 0;
+}
+
 }  // namespace btms

@@ -17,6 +17,9 @@ struct CrsUnits {
 // survey's files repeat theirs.
 CrsUnits crs_units(const std::string& crs);
 
+// Whether both mean the same horizontal system, a vertical part and the order of axes aside. True when one is unclear.
+bool same_horizontal_crs(const std::string& a, const std::string& b);
+
 // The same projection with metres as its unit, as WKT, for coordinates that were converted; empty when PROJ cannot. A
 // vertical system is left out, since heights may have been converted, too.
 std::string crs_in_metres(const std::string& crs);

@@ -44,7 +44,9 @@ const Row& row_for(const Row (&table)[n], const std::filesystem::path& path) {
   }
   if (extension == ".laz") {
     throw Error(ErrorCode::kBadInput,
-                "LAZ (compressed LAS) is not supported in this build; decompress it to .las first", path.string());
+                "LAZ (compressed LAS) is not supported in this build; decompress it to .las first, for example with "
+                "`laszip -i a.laz -o a.las` or `pdal translate a.laz a.las`",
+                path.string());
   }
   throw Error(ErrorCode::kUsage, "no reader for the extension \"" + extension + "\"; expected one of " + known,
               path.string());
@@ -65,10 +67,16 @@ std::vector<std::string> known_point_extensions() {
   return extensions;
 }
 
+std::filesystem::path label_path(const std::filesystem::path& input, const std::filesystem::path& folder) {
+  const Format& format = row_for(kFormats, input);
+  std::filesystem::path output = folder / input.filename();
+  if (format.label_extension != nullptr) output.replace_extension(format.label_extension);
+  return output;
+}
+
 std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder) {
   const Format& format = row_for(kFormats, input.path());
-  std::filesystem::path output = folder / input.path().filename();
-  if (format.label_extension != nullptr) output.replace_extension(format.label_extension);
+  const std::filesystem::path output = label_path(input.path(), folder);
   if (same_file(input.path(), output)) {
     throw Error(ErrorCode::kUsage, "labels would replace the input itself; choose another output folder",
                 output.string());

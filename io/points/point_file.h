@@ -40,9 +40,15 @@ std::unique_ptr<PointFile> open_points(const std::filesystem::path& path);
 // Extensions open_points knows, with the dot.
 std::vector<std::string> known_point_extensions();
 
-// Files, folders (every known point file in them, not recursive, sorted by name) and globs, in the order given.
-// Throws Error(kUsage) when an argument matches nothing.
-std::vector<std::filesystem::path> expand_inputs(std::span<const std::string> arguments);
+struct InputList {
+  std::vector<std::filesystem::path> paths;
+  std::vector<std::string> warnings;  // one sentence each
+};
+
+// Files, folders (every known point file in them, not recursive, sorted by name) and globs, in the order given. A file
+// that is met again, by whatever name, is left out and warned of; so are .laz files in folders. Throws Error(kUsage)
+// when an argument matches nothing.
+InputList expand_inputs(std::span<const std::string> arguments);
 
 // Receives the labels of one input and writes them in the format that belongs to it:
 //   .las -> .las  a copy with only the class changed: 2 terrain, 1 obstacle, 7 far below; dropped points keep theirs
@@ -59,7 +65,10 @@ class LabelWriter {
   virtual const std::filesystem::path& path() const = 0;
 };
 
-// Output name: folder / input's name with the extension above. Throws Error(kUsage) when it would be the input itself.
+// Output name: folder / input's name with the extension above.
+std::filesystem::path label_path(const std::filesystem::path& input, const std::filesystem::path& folder);
+
+// Writes to label_path(). Throws Error(kUsage) when it would be the input itself.
 std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder);
 
 // Per-point classes for evaluation, as unsigned integers: LAS classification, KITTI .label (lower 16 bits), .labels

@@ -46,8 +46,10 @@ Json parse_json(std::span<const std::uint8_t> text) {
   check_depth(text);
   try {
     return Json::parse(text.begin(), text.end());
-  } catch (const Json::exception& e) {
-    bad(e.what());
+  } catch (const Json::parse_error& e) {
+    bad("not JSON from byte " + std::to_string(e.byte) + " on: damaged, or cut off");
+  } catch (const Json::exception&) {
+    bad("a number in its JSON is out of range");
   }
 }
 

@@ -75,10 +75,13 @@ class Inputs : public ::testing::Test {
   std::vector<std::string> names(std::vector<std::string> arguments) {
     for (std::string& argument : arguments) argument = (folder / argument).string();
     std::vector<std::string> result;
-    for (const auto& path : expand_inputs(arguments)) result.push_back(path.lexically_relative(folder.path()).string());
+    const InputList list = expand_inputs(arguments);
+    warnings = list.warnings;
+    for (const auto& path : list.paths) result.push_back(path.lexically_relative(folder.path()).string());
     return result;
   }
   TemporaryFolder folder;
+  std::vector<std::string> warnings;  // of the last names()
 };
 
 using Names = std::vector<std::string>;
@@ -93,10 +96,23 @@ TEST_F(Inputs, OfAPatternAreItsMatchesByName) {
 }
 TEST_F(Inputs, ANameThatExistsIsNoPattern) { EXPECT_EQ(names({"[1].las"}), (Names{"[1].las"})); }
 TEST_F(Inputs, MustMatchSomething) {
-  for (const char* argument : {"missing.las", "*.nothing", "empty"}) {
+  for (const char* argument : {"missing.las", "*.nothing", "empty", "nowhere/*.las", "b.las/*.las"}) {
     SCOPED_TRACE(argument);
     expect_error(ErrorCode::kUsage, folder / argument, {"no "}, [&] { names({"b.las", argument}); });
   }
+}
+TEST_F(Inputs, CountAFileOnceWhateverItIsCalled) {
+  std::filesystem::create_symlink("b.las", folder / "link.las");
+  EXPECT_EQ(names({"b.las", "a.bin", "./b.las", "link.las"}), (Names{"b.las", "a.bin"}));
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_NE(warnings[1].find("link.las"), std::string::npos);
+  EXPECT_EQ(names({"a.bin"}), (Names{"a.bin"}));
+  EXPECT_TRUE(warnings.empty());
+}
+TEST_F(Inputs, WarnOfLazFilesBesideOthers) {
+  names({""});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("1 .laz file,"), std::string::npos) << warnings[0];
 }
 TEST_F(Inputs, SayThatLazIsNotSupported) {
   folder.write("empty/a.laz", std::string("x"));

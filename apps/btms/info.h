@@ -1,0 +1,13 @@
+// What `btms info` prints of a point file and of a map.
+#pragma once
+
+#include <string>
+
+#include "engine/tiling/executor.h"
+
+namespace btms {
+
+void print_point_file(const std::string& path, bool as_json);
+void print_map(const std::string& path, bool as_json, const Threads& threads);
+
+}  // namespace btms
