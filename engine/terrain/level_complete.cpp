@@ -45,7 +45,9 @@ void LevelNeighbourhood::add(const LevelNode& node, std::int32_t x, std::int32_t
 }
 
 void take_prior(LevelNode& node, std::uint8_t t, const PriorPlane& prior, const LevelRules& rules) {
-  place_at_centroid(node, t, prior.at(static_cast<double>(centroid_x3(t, rules.r_mm())) / 3, static_cast<double>(centroid_y3(t, rules.r_mm())) / 3),
+  place_at_centroid(node, t,
+                    prior.at(static_cast<double>(centroid_x3(t, rules.r_mm())) / 3,
+                             static_cast<double>(centroid_y3(t, rules.r_mm())) / 3),
                     prior, rules);
   node.weight = saturate_u16(rules.p().least_weight * kWeightUnit);
   node.sd_mm = saturate_u16(prior.sd_mm);
@@ -58,7 +60,8 @@ void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_
   const PriorPlane prior = rules.first() ? PriorPlane{} : given;
   const std::int64_t x3 = 3 * std::int64_t{centre_x_mm} + centroid_x3(t, rules.r_mm());
   const std::int64_t y3 = 3 * std::int64_t{centre_y_mm} + centroid_y3(t, rules.r_mm());
-  const double p = prior.at(static_cast<double>(centroid_x3(t, rules.r_mm())) / 3, static_cast<double>(centroid_y3(t, rules.r_mm())) / 3);
+  const double p = prior.at(static_cast<double>(centroid_x3(t, rules.r_mm())) / 3,
+                            static_cast<double>(centroid_y3(t, rules.r_mm())) / 3);
   const auto datum = static_cast<std::int64_t>(round_half_up(p));
   const double tilt = rules.first() ? q.first_tilt : q.tilt;
 
@@ -75,7 +78,9 @@ void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_
       const std::int64_t k = (kernel(std::sqrt(static_cast<double>(d9)) / 3 / radius) * near.weight[i]) >> 16;
       if (k == 0) continue;
       // Its height, and a share of what its plane says of this place.
-      const double lean = -(near.slope_x[i] / kSlopeUnit * static_cast<double>(dx3) + near.slope_y[i] / kSlopeUnit * static_cast<double>(dy3)) / 3;
+      const double lean = -(near.slope_x[i] / kSlopeUnit * static_cast<double>(dx3) +
+                            near.slope_y[i] / kSlopeUnit * static_cast<double>(dy3)) /
+                          3;
       const std::int64_t z = near.z_mm[i] - datum + static_cast<std::int64_t>(round_half_up(tilt * lean));
       terms.push_back({k, z});
       sum += k;
@@ -107,7 +112,8 @@ void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_
   place_at_centroid(node, t, p + (static_cast<double>(datum) - p) + shrunk, prior, rules);
   const double support = s / kKernelUnit;
   node.weight = saturate_u16((q.completed_weight * support / (support + 1) + q.least_weight) * kWeightUnit);
-  node.sd_mm = saturate_u16(coarse_sum > 0 ? std::sqrt(static_cast<double>(squares) / static_cast<double>(coarse_sum)) : 0);
+  node.sd_mm =
+      saturate_u16(coarse_sum > 0 ? std::sqrt(static_cast<double>(squares) / static_cast<double>(coarse_sum)) : 0);
 }
 
 }  // namespace btms

@@ -1,5 +1,5 @@
-// Completion of a level (step 7): a node that is not terrain takes its height from the terrain around it, as a difference
-// to its prior; its slope is the prior's.
+// Completion of a level (step 7): a node that is not terrain takes its height from the terrain around it, as a
+// difference to its prior; its slope is the prior's.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,8 @@ struct LevelTerm {
 };
 
 // Completes the node of triangle t whose square is centred at (centre_x, centre_y) in the frame of `near`. Without any
-// neighbour in reach it takes the prior as it is; on the first level it becomes kOutside then. `terms` is reused memory.
+// neighbour in reach it takes the prior as it is; on the first level it becomes kOutside then. `terms` is reused
+// memory.
 void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t centre_y_mm,
                          const LevelNeighbourhood& near, const PriorPlane& prior, const LevelRules& rules,
                          std::vector<LevelTerm>& terms);

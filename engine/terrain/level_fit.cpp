@@ -12,9 +12,9 @@ namespace {
 
 constexpr int kSlopeBits = 12;
 constexpr double kSlopeScale = 1 << kSlopeBits;
-constexpr int kWeightOne = 256;       // weights are rounded to 1/256, so every sum is an integer
-constexpr int kWeightSteps = 256;     // residuals up to 4 s in this many steps
-constexpr double kCutOff = 4;         // residuals beyond 4 s do not count
+constexpr int kWeightOne = 256;    // weights are rounded to 1/256, so every sum is an integer
+constexpr int kWeightSteps = 256;  // residuals up to 4 s in this many steps
+constexpr double kCutOff = 4;      // residuals beyond 4 s do not count
 
 // w(e) = 1 / (1 + (e/s)^4), in 1/256, by e/s.
 constexpr std::array<std::int32_t, kWeightSteps> weight_table() {
@@ -53,13 +53,14 @@ WeightedMoments weigh(const NodePoints& p, std::int32_t datum, const Fixed& gate
       static_cast<std::uint64_t>(kWeightSteps / (kCutOff * scale_mm * kSlopeScale) * 4294967296.0 + 0.5);
   for (std::size_t i = 0; i < p.size; ++i) {
     const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
-    const std::int64_t z = std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
+    const std::int64_t z =
+        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
     if (gate.above(x, y, z) < 0) continue;
     const std::int64_t e = plane.above(x, y, z);
     std::int64_t w = kWeightOne;
     if (e > 0) {
-      const auto step =
-          static_cast<std::uint64_t>((static_cast<unsigned __int128>(static_cast<std::uint64_t>(e)) * per_residual) >> 32);
+      const auto step = static_cast<std::uint64_t>(
+          (static_cast<unsigned __int128>(static_cast<std::uint64_t>(e)) * per_residual) >> 32);
       if (step >= kWeightSteps) continue;
       w = kWeights[step];
       if (w == 0) continue;
@@ -94,7 +95,8 @@ Start start_on_prior(const NodePoints& p, std::int32_t datum, const Fixed& gate,
   std::size_t passed = 0;
   for (std::size_t i = 0; i < p.size; ++i) {
     const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
-    const std::int64_t z = std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
+    const std::int64_t z =
+        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
     if (gate.above(x, y, z) < 0) continue;
     ++passed;
     lowest = std::min(lowest, prior.above(x, y, z));
@@ -114,7 +116,8 @@ std::int32_t LevelRules::completion_halo() const {
   return static_cast<std::int32_t>(std::ceil(reach - 1.0 / 6));
 }
 
-LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& given, const LevelRules& rules) {
+LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& given,
+                         const LevelRules& rules) {
   const LevelParameters& q = rules.p();
   const double r_m = rules.r_m(), r_mm = rules.r_mm();
   LevelNode node;
@@ -170,7 +173,8 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
     datum = static_cast<std::int32_t>(round_half_up(prior.at(cx, cy)));
     const Fixed on_prior = fixed(prior.slope_x, prior.slope_y, prior.z - datum);
     gate = on_prior;
-    gate.c -= static_cast<std::int64_t>(round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + slope)) * 1000 * kSlopeScale));
+    gate.c -=
+        static_cast<std::int64_t>(round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + slope)) * 1000 * kSlopeScale));
     const Start start = start_on_prior(points, datum, gate, on_prior);
     if (start.passed == 0) return node;
     plane = on_prior;
@@ -192,7 +196,8 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
     mz = static_cast<double>(m.z) / n;
     // Covariances (mm^2) times the weight, plus the ridge towards the prior's slope.
     const double ridge = ridge_m2 * 1e6 * (rules.first() ? 1.0 : 1.0 / weight);
-    const double cxx = central_product(m.n, m.xx, m.x, m.x) / n2 + ridge, cxy = central_product(m.n, m.xy, m.x, m.y) / n2;
+    const double cxx = central_product(m.n, m.xx, m.x, m.x) / n2 + ridge,
+                 cxy = central_product(m.n, m.xy, m.x, m.y) / n2;
     const double cyy = central_product(m.n, m.yy, m.y, m.y) / n2 + ridge;
     const double cxz = central_product(m.n, m.xz, m.x, m.z) / n2 + ridge * prior.slope_x;
     const double cyz = central_product(m.n, m.yz, m.y, m.z) / n2 + ridge * prior.slope_y;
@@ -210,7 +215,8 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
   store(std::clamp(mx, -r_mm / 2, r_mm / 2), std::clamp(my, -r_mm / 2, r_mm / 2), datum + mz, gx, gy);
   node.weight = saturate_u16(weight / (weight + 1) * kWeightUnit);
   node.sd_mm = saturate_u16(rules.first() ? rms_mm : std::max(rms_mm, q.inherit * given.sd_mm));
-  node.level_class = weight >= (rules.first() ? q.first_min_weight : q.min_weight) ? LevelClass::kNear : LevelClass::kThin;
+  node.level_class =
+      weight >= (rules.first() ? q.first_min_weight : q.min_weight) ? LevelClass::kNear : LevelClass::kThin;
   node.fitted_class = static_cast<std::uint8_t>(node.level_class);
   return node;
 }

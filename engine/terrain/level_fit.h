@@ -1,7 +1,7 @@
 // One level of the coarse-to-fine method, node by node: fit to the points with the coarser surface as prior, and class.
 //
-// The prior of a node is a plane: a node lies in exactly one triangle of the level before (or of the surface of the round
-// before), so the prior does not bend inside it.
+// The prior of a node is a plane: a node lies in exactly one triangle of the level before (or of the surface of the
+// round before), so the prior does not bend inside it.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ namespace btms {
 
 // The prior over one node, in the frame of the node's square centre (millimetres).
 struct PriorPlane {
-  double z = 0;                  // height at the square's centre
+  double z = 0;  // height at the square's centre
   double slope_x = 0, slope_y = 0;
-  double sd_mm = 0;              // u_P
+  double sd_mm = 0;  // u_P
 
   double at(double x, double y) const { return z + slope_x * x + slope_y * y; }
-  double slope() const;          // length of the gradient
+  double slope() const;  // length of the gradient
 };
 
 // Rules of one level with a given resolution.
@@ -44,7 +44,8 @@ class LevelRules {
 // Fits the plane of a node. Depends on the set of points alone, not on their order. `node.level_class` becomes kEmpty,
 // kThin, or kNear (not yet classified against the prior); mean and slope are the prior's where there is no fit.
 // `prior` is ignored on the first level.
-LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& prior, const LevelRules& rules);
+LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& prior,
+                         const LevelRules& rules);
 
 // Near or above the prior, and by how much (steps 4 of the method). Only nodes with a plane change.
 void classify(LevelNode& node, const PriorPlane& prior, const LevelRules& rules);

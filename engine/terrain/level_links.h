@@ -15,13 +15,14 @@ struct LevelEdge {
   int step = 0;  // +1: a stands above b by more than a step, -1: below, 0: level
 };
 
-// (dx, dy): from a's square centre to b's, millimetres. Links are symmetric to the bit; a step is counted once, with the
-// node of the smaller key as a.
+// (dx, dy): from a's square centre to b's, millimetres. Links are symmetric to the bit; a step is counted once, with
+// the node of the smaller key as a.
 inline LevelEdge compare(const LevelNode& a, const LevelNode& b, std::int32_t dx_mm, std::int32_t dy_mm,
                          const LevelRules& rules) {
   const LevelParameters& q = rules.p();
   const double r_m = rules.r_m();
-  const double ax = a.slope_x / kSlopeUnit, ay = a.slope_y / kSlopeUnit, bx = b.slope_x / kSlopeUnit, by = b.slope_y / kSlopeUnit;
+  const double ax = a.slope_x / kSlopeUnit, ay = a.slope_y / kSlopeUnit, bx = b.slope_x / kSlopeUnit,
+               by = b.slope_y / kSlopeUnit;
   const double dx = dx_mm + b.mean_x_mm - a.mean_x_mm, dy = dy_mm + b.mean_y_mm - a.mean_y_mm;
   const double rise = static_cast<double>(a.mean_z_mm) - b.mean_z_mm;
   // Difference of the planes halfway between the means.

@@ -17,15 +17,15 @@ enum class LevelClass : std::uint8_t {
 
 struct LevelNode {
   std::int32_t mean_z_mm = 0;
-  std::int16_t mean_x_mm = 0, mean_y_mm = 0;      // from the square's centre
-  std::int16_t slope_x = 0, slope_y = 0;          // 2^-13
-  std::uint16_t weight = 0;                       // 2^-16
-  std::uint16_t sd_mm = 0;                        // uncertainty u, saturating
-  std::int16_t above_prior_mm = 0;                // d, saturating
-  std::uint16_t tolerance_mm = 0;                 // t, saturating
+  std::int16_t mean_x_mm = 0, mean_y_mm = 0;  // from the square's centre
+  std::int16_t slope_x = 0, slope_y = 0;      // 2^-13
+  std::uint16_t weight = 0;                   // 2^-16
+  std::uint16_t sd_mm = 0;                    // uncertainty u, saturating
+  std::int16_t above_prior_mm = 0;            // d, saturating
+  std::uint16_t tolerance_mm = 0;             // t, saturating
   LevelClass level_class = LevelClass::kOutside;
-  std::uint8_t fitted_class = 0;                  // kNear or kAbove before rejection
-  std::uint16_t count = 0;                        // points, saturating
+  std::uint8_t fitted_class = 0;  // kNear or kAbove before rejection
+  std::uint16_t count = 0;        // points, saturating
 
   bool has_plane() const { return level_class == LevelClass::kNear || level_class == LevelClass::kAbove; }
 };

@@ -29,7 +29,7 @@ enum class Method : std::uint8_t {
 
 struct Parameters : LevelParameters {
   Method method = Method::kFixed;
-  int levels = 1;                               // coarse to fine: resolution_m is the finest level's
+  int levels = 1;  // coarse to fine: resolution_m is the finest level's
   // Lattice and node model (Eq 1-5)
   double resolution_m = 4.0;  // r^T
   NodeModel node_model = NodeModel::kRobust;

@@ -1,5 +1,5 @@
-// The rounds of the coarse-to-fine method: fit, class, link, judge, complete, corners; the surface of a round is the prior
-// of the next, and that of a level's last round the prior of the finer level.
+// The rounds of the coarse-to-fine method: fit, class, link, judge, complete, corners; the surface of a round is the
+// prior of the next, and that of a level's last round the prior of the finer level.
 #include <algorithm>
 #include <cmath>
 
@@ -121,8 +121,10 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
       LevelNode& node = to.cell(n.cell)[n.triangle];
       node = from.cell(n.cell)[n.triangle];
       if (node.level_class == LevelClass::kOutside || node.has_plane()) return;
-      if (rules.first()) node.level_class = LevelClass::kOutside;
-      else take_prior(node, n.triangle, prior.of(i, n), rules);
+      if (rules.first())
+        node.level_class = LevelClass::kOutside;
+      else
+        take_prior(node, n.triangle, prior.of(i, n), rules);
     });
     const std::int32_t rings = rules.completion_halo();
     NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
@@ -213,7 +215,8 @@ TerrainTile finish_tile(const TileField<LevelNode>& nodes, const TileField<Level
     }
     const auto corners = s.corners_of(n);
     const LevelNode& filled = completed.cell(n.cell)[n.triangle];
-    out.sd_mm = static_cast<std::uint16_t>((std::uint32_t{corners[0].sd_mm} + corners[1].sd_mm + corners[2].sd_mm + 1) / 3);
+    out.sd_mm =
+        static_cast<std::uint16_t>((std::uint32_t{corners[0].sd_mm} + corners[1].sd_mm + corners[2].sd_mm + 1) / 3);
     out.weight = static_cast<std::uint8_t>((filled.weight * 255u + 32768u) >> 16);
     if (own.has_plane()) {
       out.state = NodeState::kObserved;
@@ -261,7 +264,8 @@ LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarse
     const int rounds = first || last ? 1 : 3;
     Surfaces own(tiles.size());
     for (int round = 0; round < rounds; ++round) {
-      const PriorSource prior = round == 0 ? (first ? PriorSource{} : PriorSource{&surfaces, true}) : PriorSource{&own, false};
+      const PriorSource prior =
+          round == 0 ? (first ? PriorSource{} : PriorSource{&surfaces, true}) : PriorSource{&own, false};
       if (round != 1) fit_level(context, bins, grid, rules, prior, nodes);
       if (first) bound_domain(context, nodes);
       context.for_each_tile("class", [&](std::size_t i, int) {
@@ -276,7 +280,8 @@ LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarse
       complete_level(context, rules, prior, by_lattice, nodes, completed);
       exchange_halo(table, completed, kFitHalo, threads, ranks);
       Surfaces next(tiles.size());
-      context.for_each_tile("corners", [&](std::size_t i, int) { next[i] = fit_surface(completed[i], tiles[i].box, rules); });
+      context.for_each_tile("corners",
+                            [&](std::size_t i, int) { next[i] = fit_surface(completed[i], tiles[i].box, rules); });
       own = std::move(next);
     }
     if (last) {

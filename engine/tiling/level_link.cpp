@@ -39,13 +39,14 @@ struct PendingEdge {
 
 struct TileLinks {
   std::vector<Component> components;
-  std::vector<PendingEdge> rim;                                // inside, and over the border where ours is the smaller key
+  std::vector<PendingEdge> rim;  // inside, and over the border where ours is the smaller key
   std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // over the border
 };
 
 Cell cell_at(const TileField<LevelNode>& nodes, std::uint32_t offset) {
   const auto cell = static_cast<std::int64_t>(offset / kTriangles), cols = nodes.held().cols();
-  return {nodes.held().col0 + static_cast<std::int32_t>(cell % cols), nodes.held().row0 + static_cast<std::int32_t>(cell / cols)};
+  return {nodes.held().col0 + static_cast<std::int32_t>(cell % cols),
+          nodes.held().row0 + static_cast<std::int32_t>(cell / cols)};
 }
 
 void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, TileField<NodeKey>& ids, TileLinks& out) {
@@ -68,10 +69,13 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, TileF
           const LevelEdge edge = compare(a, b, o.col * rules.r_mm(), o.row * rules.r_mm(), rules);
           const bool same_class = a.level_class == b.level_class;
           if (edge.linked && same_class) {
-            if (inside) components.unite(i, j);
-            else out.links.emplace_back(i, j);
+            if (inside)
+              components.unite(i, j);
+            else
+              out.links.emplace_back(i, j);
           }
-          if (j < i) continue;  // ascending offsets are ascending keys, in the halo too: the other tile counts this edge
+          if (j < i)
+            continue;  // ascending offsets are ascending keys, in the halo too: the other tile counts this edge
           if (edge.linked && !same_class) out.rim.push_back({i, j, kAgreeEdge});
           out.rim.push_back({i, j, edge.step > 0 ? kUpEdge : edge.step < 0 ? kDownEdge : kLevelEdge});
         }
@@ -103,8 +107,10 @@ std::vector<RimEdge> counted(std::vector<RimEdge> edges) {
   std::sort(edges.begin(), edges.end());
   std::vector<RimEdge> out;
   for (const RimEdge& e : edges)
-    if (!out.empty() && out.back().same(e)) out.back().count += e.count;
-    else out.push_back(e);
+    if (!out.empty() && out.back().same(e))
+      out.back().count += e.count;
+    else
+      out.push_back(e);
   return out;
 }
 
@@ -187,7 +193,9 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
   std::vector<std::vector<RimEdge>> tile_edges(tiles.size());
   std::vector<std::vector<Link>> tile_pairs(tiles.size());
   context.for_each_tile("rim", [&](std::size_t i, int) {
-    const auto id_at = [&](std::uint32_t offset) { return ids[i].cell(cell_at(nodes[i], offset))[offset % kTriangles]; };
+    const auto id_at = [&](std::uint32_t offset) {
+      return ids[i].cell(cell_at(nodes[i], offset))[offset % kTriangles];
+    };
     for (const auto& [a, b] : tile_links[i].links) tile_pairs[i].push_back({id_at(a), id_at(b)});
     std::sort(tile_pairs[i].begin(), tile_pairs[i].end());
     tile_pairs[i].erase(std::unique(tile_pairs[i].begin(), tile_pairs[i].end()), tile_pairs[i].end());
@@ -207,7 +215,8 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
     links.insert(links.end(), tile_pairs[i].begin(), tile_pairs[i].end());
     edges.insert(edges.end(), tile_edges[i].begin(), tile_edges[i].end());
   }
-  const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(links), context.ranks.gather(edges), rules);
+  const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(links), context.ranks.gather(edges),
+                          rules);
   context.for_each_tile("verdict", [&](std::size_t i, int) {
     const CellBox& box = tiles[i].box;
     for (std::int32_t row = box.row0; row < box.row1; ++row)

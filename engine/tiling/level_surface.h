@@ -19,14 +19,17 @@ struct LevelSurface {
   };
   std::int32_t r_mm = 0;
   CellBox box;
-  std::vector<Corner> corners;  // (rows + 1) x (cols + 1)
-  std::vector<Corner> centres;  // rows x cols
+  std::vector<Corner> corners;        // (rows + 1) x (cols + 1)
+  std::vector<Corner> centres;        // rows x cols
   std::vector<std::uint8_t> outside;  // per node: not part of the map
 
   LevelSurface() = default;
   LevelSurface(std::int32_t r, const CellBox& b)
-      : r_mm(r), box(b), corners(static_cast<std::size_t>((b.rows() + 1) * (b.cols() + 1))),
-        centres(static_cast<std::size_t>(b.cells())), outside(static_cast<std::size_t>(b.cells()) * kTriangles, 1) {}
+      : r_mm(r),
+        box(b),
+        corners(static_cast<std::size_t>((b.rows() + 1) * (b.cols() + 1))),
+        centres(static_cast<std::size_t>(b.cells())),
+        outside(static_cast<std::size_t>(b.cells()) * kTriangles, 1) {}
 
   std::size_t corner_index(Cell c) const {
     return static_cast<std::size_t>((std::int64_t{c.row} - box.row0) * (box.cols() + 1) + (c.col - box.col0));
@@ -46,8 +49,8 @@ struct LevelSurface {
   PriorPlane plane_of(NodeId n) const {
     const auto c = corners_of(n);
     const FinalPlane f = FinalPlane::through(n.triangle, {c[0].z_mm, c[1].z_mm, c[2].z_mm});
-    return {static_cast<double>(f.centre_mm), static_cast<double>(f.rise_x_mm) / r_mm, static_cast<double>(f.rise_y_mm) / r_mm,
-            (static_cast<double>(c[0].sd_mm) + c[1].sd_mm + c[2].sd_mm) / 3};
+    return {static_cast<double>(f.centre_mm), static_cast<double>(f.rise_x_mm) / r_mm,
+            static_cast<double>(f.rise_y_mm) / r_mm, (static_cast<double>(c[0].sd_mm) + c[1].sd_mm + c[2].sd_mm) / 3};
   }
   // The same plane in the frame of a square centre of the next finer lattice.
   PriorPlane plane_for_child(NodeId child) const {

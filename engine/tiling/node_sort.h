@@ -21,7 +21,7 @@ class NodeSort {
 
  private:
   std::vector<std::uint16_t> key_;
-  std::vector<std::uint32_t> end_;  // per node: where its points end
+  std::vector<std::uint32_t> end_;   // per node: where its points end
   std::vector<std::int16_t> x_, y_;  // from the square's centre
   std::vector<std::int32_t> z_;
 };

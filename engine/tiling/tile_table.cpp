@@ -90,14 +90,15 @@ TileTable TileTable::finer() const {
   t.layout_.lattice = layout_.lattice.finer();
   t.layout_.grid.edge_cells *= 2;
   t.layout_.grid.origin = {layout_.grid.origin.col * 2, layout_.grid.origin.row * 2};
-  for (Tile& tile : t.tiles_)
-    tile.box = {tile.box.col0 * 2, tile.box.row0 * 2, tile.box.col1 * 2, tile.box.row1 * 2};
+  for (Tile& tile : t.tiles_) tile.box = {tile.box.col0 * 2, tile.box.row0 * 2, tile.box.col1 * 2, tile.box.row1 * 2};
   return t;
 }
 
 int TileTable::owner_of(TileId id) const {
   // Neighbouring blocks on different ranks: every border of a block is really exchanged.
-  const TileGrid finest{static_cast<std::int32_t>(std::min<std::int64_t>(std::int64_t{layout_.grid.edge_cells} << refinements_, INT32_MAX)), {}};
+  const TileGrid finest{static_cast<std::int32_t>(
+                            std::min<std::int64_t>(std::int64_t{layout_.grid.edge_cells} << refinements_, INT32_MAX)),
+                        {}};
   const TileId block = block_of(finest, id);
   const std::int64_t diagonal = std::int64_t{block.tx} + block.ty;
   return static_cast<int>(diagonal - ranks_ * floor_div(diagonal, ranks_));

@@ -44,7 +44,8 @@ TEST_F(DataInvariance, TwoForestFilesAsOneMap) {
   fixed.method = Method::kFixed;
   fixed.resolution_m = 8;
   expect_one_digest(points, fixed, all_ways({1, 8, 37, 0}));
-  expect_one_digest(points, preset("city"), {{1, "ranks:3", "shuffled"}, {8, "tbb:2", "split"}, {5, "serial", "reversed"}});
+  expect_one_digest(points, preset("city"),
+                    {{1, "ranks:3", "shuffled"}, {8, "tbb:2", "split"}, {5, "serial", "reversed"}});
 }
 
 }  // namespace
