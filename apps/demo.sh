@@ -5,16 +5,30 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-points=${1:-2000000}
+usage() { sed -n '2,4s/^# //p' apps/demo.sh; }
+refuse() {
+  echo "demo.sh: $1" >&2
+  usage >&2
+  exit 2
+}
+
+points=2000000
+[ $# -le 1 ] || refuse "expected at most one argument"
+case ${1-$points} in
+  -h | --help) usage; exit 0 ;;
+  '' | *[!0-9]*) refuse "unknown argument $1" ;;
+  *) points=${1-$points} ;;
+esac
 demo=demo
 btms=build/release/bin/btms
 
+echo "== 1/6 Installing the Debian packages that are missing (the first time about 1 minute)"
 cmake/install-deps.sh
-echo "== Building"
+echo "== 2/6 Building (the first time about 3 minutes; the rest takes seconds)"
 cmake --preset release >/dev/null
 cmake --build --preset release --target btms
 
-echo "== A city of about $points points"
+echo "== 3/6 A city of about $points points, with the truth in its classes"
 stamp=$demo/truth/.made-with
 wanted="city $points seed 1, 4 files"
 if [ "$(cat "$stamp" 2>/dev/null || true)" != "$wanted" ]; then
@@ -23,13 +37,13 @@ if [ "$(cat "$stamp" 2>/dev/null || true)" != "$wanted" ]; then
   echo "$wanted" >"$stamp"
 fi
 
-echo "== The map"
+echo "== 4/6 The map"
 $btms build "$demo/truth" -o "$demo/city.btms" --picture "$demo/city.png"
 
-echo "== Labels"
-$btms label "$demo/city.btms" "$demo/truth" -o "$demo/labelled"
+echo "== 5/6 Labels"
+$btms label "$demo/city.btms" "$demo/truth" -o "$demo/labelled" --force
 
-echo "== Labels against the truth"
+echo "== 6/6 Labels against the truth"
 $btms eval --truth "$demo/truth" --prediction "$demo/labelled" --classes
 
 echo
