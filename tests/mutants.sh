@@ -1,6 +1,6 @@
 #!/bin/sh
 # Breaks the engine on purpose, one way at a time, and expects the invariance suite to fail each time.
-#   sh tests/mutants.sh          all mutants (about 5 minutes)
+#   sh tests/mutants.sh          all mutants (about 10 minutes)
 #   sh tests/mutants.sh NAME...  some of them
 # Works on a copy of the sources; the checkout is not touched.
 set -eu
@@ -20,6 +20,9 @@ fit-halo|engine/tiling/build.cpp|s/exchange_halo(table, nodes, kFitHalo, /exchan
 moments-in-double|engine/terrain/node_model.cpp|s/^Moments select(/thread_local double metres_x;\n&/; s/^  Moments m;$/&\n  metres_x = 0;/; s/^    m.x += kx;/&\n    metres_x += static_cast<double>(kx) * 1e-3;/; s/static_cast<double>(m.x) \/ n)/metres_x * 1e3 \/ n)/
 kernel-sum-in-doubles|engine/terrain/completion.cpp|s/^  std::int64_t support = 0, sum_z = 0/  double plain_k = 0, plain_z = 0;\n&/; s/^    sum_z += k \* near.z_mm\[i\];/&\n    const double real = kernel_real(std::sqrt(static_cast<double>(d9)) \/ 3 \/ rules.radius_mm);\n    plain_k += real;\n    plain_z += real * near.z_mm[i];/; s/static_cast<double>(sum_z) \/ static_cast<double>(support)/plain_z \/ plain_k/
 candidate-dropped|engine/tiling/neighbour_index.cpp|s/for (const auto& \[i, distance2\] : found_) squares/if (!found_.empty()) found_.pop_back();\n    &/
+level-link-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, kLinkHalo, /exchange_halo(table, nodes, kLinkHalo - 1, /
+level-complete-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, rules.completion_halo(), /exchange_halo(table, nodes, rules.completion_halo() - 1, /
+level-corner-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, completed, kFitHalo, /exchange_halo(table, completed, kFitHalo - 1, /
 visiting-order|engine/tiling/link_pass.cpp|s/kept_\[i\] = size\[root\] >= keep_nodes/kept_[i] = components[i].nodes >= keep_nodes/
 TABLE
 }

@@ -15,7 +15,7 @@ using P = Parameters;
 constexpr double kMinResolution_m = Lattice::kMinResolution_mm / 1000.0;
 
 const std::array kTable = {
-    ParameterInfo{"method", "", "", 0, 0, "fixed|coarse-to-fine", "",
+    ParameterInfo{"method", "", "", 0, 0, "fixed|coarse-to-fine", "Eq 1-14 / coarse to fine",
                   "the paper's one lattice (fixed), or levels that are each other's prior (coarse-to-fine)",
                   &P::method},
     ParameterInfo{"levels", "", "", 1, 6, "", "coarse to fine",

@@ -1,5 +1,5 @@
 // The promise no peer proves: the tiled map equals the untiled map bit for bit, for any tile edge, executor, thread and
-// rank count, order and splitting of the inputs. tests/mutants.sh breaks the engine in eight ways and sees this fail.
+// rank count, order and splitting of the inputs. tests/mutants.sh breaks the engine on purpose and sees this fail.
 #include <gtest/gtest.h>
 
 #include "engine/error.h"

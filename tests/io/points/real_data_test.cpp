@@ -86,7 +86,7 @@ TEST_F(RealData, PcdFiles) {
   EXPECT_EQ(file->size(), 2'423'802u);
   EXPECT_EQ(read_all(*file).dropped(), 0u);
   const auto example = open_points(at("formats/Example.pcd"));
-  expect_warning(example->info(), "lost their precision");
+  EXPECT_TRUE(example->info().warnings.empty()) << "numbers in text lose nothing, whatever SIZE says";
   EXPECT_EQ(read_all(*example).y_mm[0], 5'248'000'500);
 }
 
