@@ -87,7 +87,7 @@ TEST(CliSegment, SegmentsScansAndTakesAnEmptyOneAsAResult) {
   EXPECT_GT(result["files"][0]["terrain"], 35000);
   EXPECT_GT(result["files"][0]["obstacle"], 1500);
   EXPECT_GE(result["mean_scan_seconds"], 0);
-  const Outcome again = run({"segment", folder / "000001.bin", "-o", folder / "out"});
+  const Outcome again = run({"segment", folder / "000001.bin", "-o", folder / "again"});
   EXPECT_EQ(again.status, 0);
   EXPECT_NE(again.err.find("warning"), std::string::npos) << again.err;
 }

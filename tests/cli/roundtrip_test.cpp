@@ -87,9 +87,21 @@ TEST_F(CliRoundTrip, InfoNamesPointFilesAndMaps) {
   EXPECT_EQ(map_info["kind"], "map");
   EXPECT_EQ(map_info["digest"], build_["digest"]);
   EXPECT_EQ(map_info["parameters"], build_["parameters"]);
+  EXPECT_EQ(map_info["nodes"]["observed"], build_["nodes"]["observed"]);
+  const double edge = map_info["resolution_m"], west = map_info["bounds_m"][0], east = map_info["bounds_m"][2];
+  EXPECT_NEAR(west, 500, 50 * edge);  // the data and its rim, not whole tiles
+  EXPECT_NEAR(east, 500 + synth_["width_m"].get<double>(), 50 * edge);
+  EXPECT_LT(map_info["heights_m"][0], map_info["heights_m"][1]);
   EXPECT_NE(run({"info", map()}).out.find("resolution_m"), std::string::npos);
   run_json({"synth", "--points", "5000", "--crs", "EPSG:25832", "-o", in("utm")});
   EXPECT_NE(run({"info", in("utm/city.las")}).out.find("ETRS89 / UTM zone 32N (EPSG:25832)"), std::string::npos);
+}
+
+TEST_F(CliRoundTrip, InfoMeasuresWhatDeclaresNoExtent) {
+  write_scan(in("scan.bin"), {{-1.5f, 2, 0}, {3, 4, 1}, {3.25f, 4.5f, -2}});
+  const auto scan = run_json({"info", in("scan.bin")});
+  EXPECT_EQ(scan["bounds_m"], nlohmann::json({-1.5, 2, -2, 3.25, 4.5, 1}));
+  EXPECT_EQ(scan["points_per_m2"], 1.5);  // three points in two squares
 }
 
 TEST_F(CliRoundTrip, QueryAnswersByOptionAndInBatch) {
@@ -101,8 +113,14 @@ TEST_F(CliRoundTrip, QueryAnswersByOptionAndInBatch) {
   EXPECT_GT(one["normal"][2], 0.5);
   const auto two = run_json({"query", map(), "--at", place, "--at=-9000,-9000"});
   EXPECT_EQ(two["places"][0], one);
-  EXPECT_EQ(two["places"][1]["state"], "unknown");
-  EXPECT_TRUE(two["places"][1]["z"].is_null());
+  EXPECT_EQ(two["places"][1]["state"], "outside");
+  for (const auto& [key, value] : one.items()) EXPECT_TRUE(two["places"][1].contains(key)) << key;
+  for (const char* key : {"z", "sd", "normal", "weight", "support"})
+    EXPECT_TRUE(two["places"][1][key].is_null()) << key;
+  EXPECT_EQ(run_json({"query", map(), "--at=1e300,0"})["state"], "outside");
+  const Outcome bad = run({"query", map(), "--at", place, "--at", "oops"});
+  EXPECT_EQ(bad.status, 2);
+  EXPECT_EQ(bad.out, "");
   const auto batch = run_json({"query", map()}, std::to_string(x) + " " + std::to_string(y) + "\n\n-9000 -9000\n");
   EXPECT_EQ(batch["places"], two["places"]);
   EXPECT_EQ(run({"query", map()}, "1 2\nfoo\n").status, 2);

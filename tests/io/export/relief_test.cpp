@@ -57,6 +57,16 @@ TEST(Relief, NorthIsUpAndStatesHaveTheirColours) {
   EXPECT_EQ(p.at(790, 300), Rgb{});
 }
 
+TEST(Relief, ASmallMapStandsInTheMiddleAboveAWholeLegend) {
+  const TemporaryFolder temporary;
+  write_relief(level_map({0, 0, 10, 10}, [](Cell, std::uint8_t) { return NodeState::kObstacle; }), temporary / "a.png");
+  const Picture p = read_png(temporary / "a.png");
+  EXPECT_EQ(p.at(p.width() / 2, 5), state_colour(NodeState::kObstacle));
+  EXPECT_EQ(p.at(5, 5), Rgb{});
+  EXPECT_EQ(p.at(p.width() - 5, 5), Rgb{});
+  for (int y = 0; y < p.height(); ++y) EXPECT_EQ(p.at(p.width() - 1, y), Rgb{}) << y;  // nothing is cut off
+}
+
 TEST(Relief, TrianglesAreWhereTheyAre) {
   const TemporaryFolder temporary;
   const auto map = level_map({0, 0, 40, 30}, [](Cell, std::uint8_t t) {
