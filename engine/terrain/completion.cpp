@@ -217,8 +217,7 @@ void predict(Node& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t 
   candidate.weight = weight;
   candidate.mean_x_mm = static_cast<std::int16_t>(x - centre_x_mm);
   candidate.mean_y_mm = static_cast<std::int16_t>(y - centre_y_mm);
-  candidate.mean_z_mm = static_cast<std::int32_t>(
-      std::clamp(round_half_up(p.z_mm), -static_cast<double>(kMaxVertical_mm), static_cast<double>(kMaxVertical_mm)));
+  candidate.mean_z_mm = height_mm(p.z_mm);
   node = candidate;
 }
 

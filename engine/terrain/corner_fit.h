@@ -33,8 +33,7 @@ class CornerMean {
   std::int32_t height_mm() const {
     if (count_ == 0) return kUnknownHeight_mm;
     const double z = weight_ > 0 ? weighted_ / weight_ : plain_ / count_;
-    return static_cast<std::int32_t>(
-        std::clamp(round_half_up(z), -static_cast<double>(kMaxVertical_mm), static_cast<double>(kMaxVertical_mm)));
+    return btms::height_mm(z);
   }
 
  private:

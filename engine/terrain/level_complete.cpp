@@ -15,13 +15,9 @@ constexpr int kSpreadBits = 12;  // kernel values in squared spreads
 void place_at_centroid(LevelNode& node, std::uint8_t t, double z, const PriorPlane& prior, const LevelRules& rules) {
   node.mean_x_mm = static_cast<std::int16_t>(floor_div(centroid_x3(t, rules.r_mm()) + 1, 3));
   node.mean_y_mm = static_cast<std::int16_t>(floor_div(centroid_y3(t, rules.r_mm()) + 1, 3));
-  node.mean_z_mm = static_cast<std::int32_t>(
-      std::clamp(round_half_up(z), -static_cast<double>(kMaxVertical_mm), static_cast<double>(kMaxVertical_mm)));
-  const auto slope = [](double g) {
-    return static_cast<std::int16_t>(std::clamp(round_half_up(g * kSlopeUnit), -32767.0, 32767.0));
-  };
-  node.slope_x = slope(prior.slope_x);
-  node.slope_y = slope(prior.slope_y);
+  node.mean_z_mm = height_mm(z);
+  node.slope_x = stored_slope(prior.slope_x);
+  node.slope_y = stored_slope(prior.slope_y);
 }
 
 }  // namespace

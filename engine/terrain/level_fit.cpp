@@ -139,10 +139,9 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
   const auto store = [&](double x, double y, double z, double gx, double gy) {
     node.mean_x_mm = static_cast<std::int16_t>(round_half_up(x));
     node.mean_y_mm = static_cast<std::int16_t>(round_half_up(y));
-    node.mean_z_mm = static_cast<std::int32_t>(
-        std::clamp(round_half_up(z), -static_cast<double>(kMaxVertical_mm), static_cast<double>(kMaxVertical_mm)));
-    node.slope_x = static_cast<std::int16_t>(std::clamp(round_half_up(gx * kSlopeUnit), -32767.0, 32767.0));
-    node.slope_y = static_cast<std::int16_t>(std::clamp(round_half_up(gy * kSlopeUnit), -32767.0, 32767.0));
+    node.mean_z_mm = height_mm(z);
+    node.slope_x = stored_slope(gx);
+    node.slope_y = stored_slope(gy);
   };
   store(cx, cy, prior.at(cx, cy), prior.slope_x, prior.slope_y);
   if (points.size == 0) return node;

@@ -1,8 +1,11 @@
 // The working record of a node in the coarse-to-fine method. 24 bytes of integers, like Node.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <type_traits>
+
+#include "engine/terrain/node.h"
 
 namespace btms {
 
@@ -32,5 +35,9 @@ struct LevelNode {
 static_assert(sizeof(LevelNode) == 24 && std::is_trivially_copyable_v<LevelNode>);
 
 inline constexpr double kSlopeUnit = 8192.0;
+
+inline std::int16_t stored_slope(double tangent) {
+  return static_cast<std::int16_t>(std::clamp(round_half_up(tangent * kSlopeUnit), -32767.0, 32767.0));
+}
 
 }  // namespace btms

@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "engine/lattice/coordinates.h"
+
 namespace btms {
 
 enum class NodeClass : std::uint8_t {
@@ -46,6 +48,12 @@ inline constexpr double kWeightUnit = 65536.0;
 
 // Nearest integer, halves up; the one rounding used wherever a double becomes a stored integer.
 inline double round_half_up(double v) { return std::floor(v + 0.5); }
+
+// A computed height as it is stored: nearest millimetre within the range of points.
+inline std::int32_t height_mm(double z_mm) {
+  constexpr double kLimit = kMaxVertical_mm;
+  return static_cast<std::int32_t>(std::clamp(round_half_up(z_mm), -kLimit, kLimit));
+}
 
 inline std::uint16_t saturate_u16(double v) {
   return static_cast<std::uint16_t>(v < 65535.0 ? (v > 0.0 ? round_half_up(v) : 0.0) : 65535.0);

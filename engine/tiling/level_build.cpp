@@ -165,9 +165,7 @@ class LevelCorner {
   }
   LevelSurface::Corner corner() const {
     if (!(weight_ > 0)) return {};
-    return {static_cast<std::int32_t>(std::clamp(round_half_up(z_ / weight_), -static_cast<double>(kMaxVertical_mm),
-                                                 static_cast<double>(kMaxVertical_mm))),
-            saturate_u16(sd_ / weight_)};
+    return {height_mm(z_ / weight_), saturate_u16(sd_ / weight_)};
   }
 
  private:
