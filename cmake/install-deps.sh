@@ -7,7 +7,7 @@ set -eu
 core="build-essential cmake ninja-build pkg-config libeigen3-dev libtbb-dev libnanoflann-dev libhdf5-dev \
 libbenchmark-dev libgtest-dev libgmock-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libyaml-cpp-dev libpng-dev \
 libxxhash-dev libdeflate-dev libproj-dev"
-gis="gdal-bin netcdf-bin python3-h5py python3-xarray"
+gis="gdal-bin netcdf-bin python3-h5py python3-xarray python3-netcdf4"
 
 wanted=$core
 for argument in "$@"; do

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Checks a finished map with other people's programs: gis.sh MAP.btms [BTMS-PROGRAM]
-# Needs gdal-bin, netcdf-bin and python3-h5py. With the btms program, heights are compared with its `query` too.
+# Needs gdal-bin, netcdf-bin, python3-h5py, python3-netcdf4 and python3-xarray. With the btms program, heights are compared with its `query` too.
 set -eu
 map=$(realpath "$1")
 btms=${2:-}
@@ -13,7 +13,7 @@ for tool in gdalinfo gdallocationinfo ncdump; do
   command -v $tool > /dev/null || fail "$tool is missing (gdal-bin, netcdf-bin)"
 done
 python=/usr/bin/python3
-$python -c 'import h5py' 2> /dev/null || fail "python3-h5py is missing"
+$python -c 'import h5py, netCDF4, xarray' 2> /dev/null || fail "python3-h5py, python3-netcdf4 or python3-xarray is missing"
 cd /   # relative names inside the map must not depend on where the reader stands
 
 # ncdump reads the whole structure, and the values of every layer of the view.
@@ -55,6 +55,20 @@ for p in points[:: max(1, len(points) // 12)][:12]:
     print("%.6f %.6f %.6f" % p)
 EOF
 ) || fail "h5py found map.nc and shards differ"
+
+# xarray: the raster with its axes, and the whole model in its group.
+$python - "$view" << 'EOF' || fail "xarray reads something else than h5py"
+import sys
+import h5py
+import numpy as np
+import xarray
+raw = h5py.File(sys.argv[1], "r")
+with xarray.open_dataset(sys.argv[1]) as d:
+    assert d.elevation.dims == ("y", "x") and (d.x.values == raw["x"][:]).all() and (d.y.values == raw["y"][:]).all()
+    assert np.array_equal(d.elevation.values, raw["elevation"][:], equal_nan=True)
+with xarray.open_dataset(sys.argv[1], group="tgf") as d:
+    assert d.state.dims[0] == "tri" and d.state.shape == raw["tgf/state"].shape
+EOF
 
 # GDAL: origin, size of a pixel, north up, reference system.
 info=$(gdalinfo "$layer")
