@@ -21,16 +21,43 @@ enum class NodeState : std::uint8_t {
   kObserved = 1,   // terrain seen here
   kPredicted = 2,  // terrain inferred from its surroundings; nothing seen here contradicts it
   kObstacle = 3,   // terrain inferred below something that stands here
+  kFilled = 4,     // far from any terrain seen: a guess that keeps the surface whole (see source_level)
 };
 
-// One stored node, 8 bytes.
+inline constexpr std::uint16_t kNothingAbove = 65535;  // clearance: nothing was seen above
+inline constexpr std::uint8_t kNotTraversable = 255;   // cost
+
+// One stored node, 18 bytes. Lengths saturate at 65534 mm.
 struct NodeSurface {
   NodeState state = NodeState::kUnknown;
-  std::uint8_t weight = 0;    // traversability weight (Eq 3 or 11) in 1/255
-  std::uint16_t count = 0;    // points in the node, 65535 = that many or more
-  std::uint16_t support = 0;  // sum of kernel values behind a prediction in 1/256, saturating; 0 where observed
-  std::uint16_t sd_mm = 0;    // standard deviation of the height, saturating
+  std::uint8_t weight = 0;       // traversability weight (Eq 3 or 11) in 1/255
+  std::uint16_t count = 0;       // points in the node, 65535 = that many or more
+  std::uint16_t support = 0;     // sum of kernel values behind a prediction in 1/256, saturating; 0 where observed
+  std::uint16_t sd_mm = 0;       // standard deviation of the height: the truth is within 1.96 sd 95 times in 100
+  std::uint16_t terrain_mm = 0;  // points up to this far above the surface, vertically, are terrain
+  // Layers on the finished surface
+  std::uint16_t roughness_mm = 0;              // rms distance of the node's terrain points from the surface
+  std::uint16_t step_mm = 0;                   // greatest jump in height to or within the ground around it
+  std::uint16_t clearance_mm = kNothingAbove;  // from the surface up to the lowest thing seen above it
+  std::uint8_t cost = 0;          // of crossing it with the described vehicle: 0 free .. 254, or kNotTraversable
+  std::uint8_t source_level = 0;  // levels coarser than the finest that the height comes from
   friend bool operator==(const NodeSurface&, const NodeSurface&) = default;
+};
+
+enum class UpperKind : std::uint8_t {
+  kReachable = 1,  // joins the terrain somewhere: bridge deck, ramp, gallery floor
+  kDetached = 2,   // roof, ceiling, or a deck whose ends lie outside the map
+};
+
+// A plane of another surface over a node: a bridge deck above a road, a gallery, a ceiling. 20 bytes.
+struct UpperNode {
+  std::uint32_t node = 0;                 // node_index() in the tile
+  std::int32_t z_mm = 0;                  // height over the centre of the node's square
+  std::int16_t slope_x = 0, slope_y = 0;  // 2^-13
+  std::uint16_t sd_mm = 0;                // spread of the points about it, saturating
+  std::uint16_t count = 0;                // points, saturating
+  UpperKind kind = UpperKind::kDetached;
+  friend bool operator==(const UpperNode&, const UpperNode&) = default;
 };
 
 // Value type; not synchronised. Rows run from south to north (ascending y).
@@ -40,6 +67,7 @@ struct TerrainTile {
   std::vector<std::int32_t> corner_mm;  // heights, (rows + 1) x (cols + 1), lattice corner A of cell (row, col) first
   std::vector<std::int32_t> centre_mm;  // heights, rows x cols
   std::vector<NodeSurface> nodes;       // rows x cols x 4
+  std::vector<UpperNode> upper;         // further surfaces, ascending by (node, z_mm)
 
   TerrainTile() = default;
   // Everything unknown.
