@@ -64,9 +64,9 @@ class Runner {
     exchange(nodes, stages_.reach);
     complete_pass(context_, by_lattice, nodes);
   }
-  FitSummary fit(NodeFields& nodes, TileSink& sink) {
+  CommitSummary fit(NodeFields& nodes, TileSink& sink) {
     exchange(nodes, kFitHalo);
-    return fit_pass(context_, nodes, sink);
+    return commit_pass(context_, fit_pass(context_, nodes), sink);
   }
 
  private:

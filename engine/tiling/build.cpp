@@ -34,17 +34,19 @@ std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
   return ranks.gather(mine);
 }
 
-// What all ranks have made.
-void add_up(const FitSummary& fit, Ranks& ranks, BuildSummary& summary) {
-  const auto sums =
-      ranks.sum<std::uint64_t>({fit.tiles, fit.nodes, fit.observed, fit.predicted, fit.obstacle, fit.unknown});
+// The tiles leave the engine; what all ranks have made.
+void commit(const PassContext& context, std::vector<TerrainTile>&& finished, TileSink& sink, BuildSummary& summary) {
+  const CommitSummary done = commit_pass(context, std::move(finished), sink);
+  const auto sums = context.ranks.sum<std::uint64_t>(
+      {done.tiles, done.nodes(), done.observed, done.predicted, done.obstacle, done.filled, done.unknown});
   summary.tiles = sums[0];
   summary.nodes = sums[1];
   summary.observed = sums[2];
   summary.predicted = sums[3];
   summary.obstacle = sums[4];
-  summary.unknown = sums[5];
-  summary.digest = ranks.sum<Digest>({fit.digest})[0];
+  summary.filled = sums[5];
+  summary.unknown = sums[6];
+  summary.digest = context.ranks.sum<Digest>({done.digest})[0];
 }
 
 MapLayout finest_layout(const TileTable& coarsest, int levels) {
@@ -90,12 +92,13 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   TileSink& tiles = sink(summary.layout);
 
   if (coarse_to_fine) {
-    const LevelsSummary done =
-        build_levels(p, table, bins, grid, options.neighbours_by_lattice, threads, ranks, progress, tiles,
-                     [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
-    summary.components = done.components.all;
-    summary.components_kept = done.components.kept;
-    add_up(done.fit, ranks, summary);
+    Levels built = build_levels(p, table, bins, grid, options.neighbours_by_lattice, threads, ranks, progress,
+                                [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
+    bins = PointBins();
+    summary.components = built.components.all;
+    summary.components_kept = built.components.kept;
+    commit({p, built.table, threads, ranks, progress}, std::move(built.tiles), tiles, summary);
+    watch.lap("commit", summary.phases);
     return summary;
   }
 
@@ -119,9 +122,11 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   watch.lap("complete", summary.phases);
 
   exchange_halo(table, nodes, kFitHalo, threads, ranks);
-  const FitSummary fit = fit_pass(context, nodes, tiles);
-  add_up(fit, ranks, summary);
+  std::vector<TerrainTile> finished = fit_pass(context, nodes);
+  nodes.clear();
   watch.lap("fit", summary.phases);
+  commit(context, std::move(finished), tiles, summary);
+  watch.lap("commit", summary.phases);
   return summary;
 }
 

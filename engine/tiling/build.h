@@ -44,7 +44,7 @@ struct BuildSummary {
   std::uint64_t out_of_range = 0;  // dropped
   std::uint64_t tiles = 0;
   std::uint64_t nodes = 0;  // nodes with points, or with a surface
-  std::uint64_t observed = 0, predicted = 0, obstacle = 0, unknown = 0;
+  std::uint64_t observed = 0, predicted = 0, obstacle = 0, filled = 0, unknown = 0;
   std::uint64_t components = 0, components_kept = 0;
   std::vector<PhaseTime> phases;
 };

@@ -87,7 +87,7 @@ void drop_unused_corners(TerrainTile& tile) {
     if (!used[i]) tile.corner_mm[i] = kUnknownHeight_mm;
 }
 
-TerrainTile fit_tile(const TileField<Node>& nodes, const FitRules& rules, FitSummary& sums) {
+TerrainTile fit_tile(const TileField<Node>& nodes, const FitRules& rules) {
   const CellBox& box = nodes.interior();
   TerrainTile tile(rules.r_mm, box);
   fit_corners(nodes, rules, tile);
@@ -96,12 +96,7 @@ TerrainTile fit_tile(const TileField<Node>& nodes, const FitRules& rules, FitSum
       const Node* cell = nodes.cell({col, row});
       for (std::uint8_t t = 0; t < kTriangles; ++t) {
         const NodeId id{{col, row}, t};
-        const NodeSurface surface = finish(cell[t], t, tile.corners_mm(id), rules);
-        tile.nodes[tile.node_index(id)] = surface;
-        sums.observed += surface.state == NodeState::kObserved;
-        sums.predicted += surface.state == NodeState::kPredicted;
-        sums.obstacle += surface.state == NodeState::kObstacle;
-        sums.unknown += surface.state == NodeState::kUnknown && surface.count > 0;
+        tile.nodes[tile.node_index(id)] = finish(cell[t], t, tile.corners_mm(id), rules);
       }
     }
   drop_unused_corners(tile);
@@ -110,36 +105,11 @@ TerrainTile fit_tile(const TileField<Node>& nodes, const FitRules& rules, FitSum
 
 }  // namespace
 
-FitSummary fit_pass(const PassContext& context, const NodeFields& nodes, TileSink& sink) {
+std::vector<TerrainTile> fit_pass(const PassContext& context, const NodeFields& nodes) {
   const FitRules rules(context.parameters);
-  const auto& tiles = context.table.tiles();
-  std::vector<FitSummary> sums(static_cast<std::size_t>(context.threads.count()));
-  context.for_each_tile("fit", [&](std::size_t i, int worker) {
-    FitSummary& sum = sums[static_cast<std::size_t>(worker)];
-    FitSummary here;
-    TerrainTile tile = fit_tile(nodes[i], rules, here);
-    here.nodes = here.observed + here.predicted + here.obstacle + here.unknown;
-    sum.observed += here.observed;
-    sum.predicted += here.predicted;
-    sum.obstacle += here.obstacle;
-    sum.unknown += here.unknown;
-    sum.nodes += here.nodes;
-    if (here.nodes == 0) return;  // nothing reached this tile
-    sum.digest += digest(tile);
-    ++sum.tiles;
-    sink.put(tiles[i].id, std::move(tile));
-  });
-  FitSummary all;
-  for (const FitSummary& s : sums) {
-    all.digest += s.digest;
-    all.tiles += s.tiles;
-    all.nodes += s.nodes;
-    all.observed += s.observed;
-    all.predicted += s.predicted;
-    all.obstacle += s.obstacle;
-    all.unknown += s.unknown;
-  }
-  return all;
+  std::vector<TerrainTile> tiles(nodes.size());
+  context.for_each_tile("fit", [&](std::size_t i, int) { tiles[i] = fit_tile(nodes[i], rules); });
+  return tiles;
 }
 
 }  // namespace btms

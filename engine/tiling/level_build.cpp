@@ -200,17 +200,14 @@ LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, 
 
 // The finished tile: the surface of the last round, and what the nodes know.
 TerrainTile finish_tile(const TileField<LevelNode>& nodes, const TileField<LevelNode>& completed, const LevelSurface& s,
-                        const LevelRules& rules, FitSummary& sums) {
+                        const LevelRules& rules) {
   TerrainTile tile(rules.r_mm(), s.box);
   std::vector<std::uint8_t> used(tile.corner_mm.size(), 0);
   for_each_node(s.box, [&](NodeId n) {
     const LevelNode& own = nodes.cell(n.cell)[n.triangle];
     NodeSurface& out = tile.nodes[tile.node_index(n)];
     out.count = own.count;
-    if (s.is_outside(n)) {
-      sums.unknown += own.count > 0;
-      return;
-    }
+    if (s.is_outside(n)) return;
     const auto corners = s.corners_of(n);
     const LevelNode& filled = completed.cell(n.cell)[n.triangle];
     out.sd_mm =
@@ -223,9 +220,6 @@ TerrainTile finish_tile(const TileField<LevelNode>& nodes, const TileField<Level
       const bool stands = own.count > 0 && own.mean_z_mm - p.at(own.mean_x_mm, own.mean_y_mm) > rules.p().near_m * 1000;
       out.state = stands ? NodeState::kObstacle : NodeState::kPredicted;
     }
-    sums.observed += out.state == NodeState::kObserved;
-    sums.predicted += out.state == NodeState::kPredicted;
-    sums.obstacle += out.state == NodeState::kObstacle;
     const auto rel = triangle_corners(n.triangle);
     tile.centre_mm[tile.cell_index(n.cell)] = corners[0].z_mm;
     for (int k = 1; k < 3; ++k)
@@ -236,12 +230,12 @@ TerrainTile finish_tile(const TileField<LevelNode>& nodes, const TileField<Level
 
 }  // namespace
 
-LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
-                           const BinGrid& finest_grid, bool by_lattice, const Threads& threads, Ranks& ranks,
-                           Progress& progress, TileSink& sink, const std::function<void(int)>& level_done) {
+Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
+                    const BinGrid& finest_grid, bool by_lattice, const Threads& threads, Ranks& ranks,
+                    Progress& progress, const std::function<void(int)>& level_done) {
   const int levels = level_count(parameters);
-  LevelsSummary summary;
-  TileTable table = coarsest;
+  Levels built{coarsest, {}, {}};
+  TileTable& table = built.table;
   Surfaces surfaces;
   for (int level = 0; level < levels; ++level) {
     if (level > 0) table = table.finer();
@@ -273,7 +267,7 @@ LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarse
         });
       });
       exchange_halo(table, nodes, kLinkHalo, threads, ranks);
-      summary.components = judge_level(context, rules, nodes);
+      built.components = judge_level(context, rules, nodes);
       exchange_halo(table, nodes, rules.completion_halo(), threads, ranks);
       complete_level(context, rules, prior, by_lattice, nodes, completed);
       exchange_halo(table, completed, kFitHalo, threads, ranks);
@@ -283,29 +277,14 @@ LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarse
       own = std::move(next);
     }
     if (last) {
-      std::vector<FitSummary> sums(static_cast<std::size_t>(threads.count()));
-      context.for_each_tile("commit", [&](std::size_t i, int worker) {
-        FitSummary here;
-        TerrainTile tile = finish_tile(nodes[i], completed[i], own[i], rules, here);
-        FitSummary& sum = sums[static_cast<std::size_t>(worker)];
-        const std::uint64_t n = here.observed + here.predicted + here.obstacle + here.unknown;
-        sum.observed += here.observed, sum.predicted += here.predicted, sum.obstacle += here.obstacle;
-        sum.unknown += here.unknown, sum.nodes += n;
-        if (n == 0) return;
-        sum.digest += digest(tile);
-        ++sum.tiles;
-        sink.put(tiles[i].id, std::move(tile));
-      });
-      for (const FitSummary& s : sums) {
-        summary.fit.digest += s.digest;
-        summary.fit.tiles += s.tiles, summary.fit.nodes += s.nodes, summary.fit.observed += s.observed;
-        summary.fit.predicted += s.predicted, summary.fit.obstacle += s.obstacle, summary.fit.unknown += s.unknown;
-      }
+      built.tiles.resize(tiles.size());
+      context.for_each_tile(
+          "finish", [&](std::size_t i, int) { built.tiles[i] = finish_tile(nodes[i], completed[i], own[i], rules); });
     }
     surfaces = std::move(own);
     level_done(level);
   }
-  return summary;
+  return built;
 }
 
 }  // namespace btms

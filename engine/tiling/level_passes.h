@@ -11,18 +11,19 @@ namespace btms {
 // kLinkHalo rings of `nodes`, leaves halos stale.
 ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes);
 
-struct LevelsSummary {
-  FitSummary fit;
-  ComponentCounts components;  // of the finest level's last round
+struct Levels {
+  TileTable table;                 // of the finest level
+  std::vector<TerrainTile> tiles;  // one per tile of the table, empty where another rank's
+  ComponentCounts components;      // of the finest level's last round
 };
 
 // The map ends this many cells of the coarsest level beyond the last point.
 inline constexpr std::int32_t kDomainRings = 1;
 
 // All levels from the binned points (bins of `grid`: one cell of the coarsest level) to finished tiles. `coarsest` is
-// the table of the coarsest level. Calls level_done(level) after each. Collective; sums over this rank's tiles.
-LevelsSummary build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
-                           const BinGrid& grid, bool neighbours_by_lattice, const Threads& threads, Ranks& ranks,
-                           Progress& progress, TileSink& sink, const std::function<void(int)>& level_done);
+// the table of the coarsest level. Calls level_done(level) after each. Collective.
+Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins, const BinGrid& grid,
+                    bool neighbours_by_lattice, const Threads& threads, Ranks& ranks, Progress& progress,
+                    const std::function<void(int)>& level_done);
 
 }  // namespace btms

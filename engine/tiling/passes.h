@@ -12,8 +12,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "engine/model/digest.h"
+#include "engine/model/tile_store.h"
 #include "engine/terrain/node.h"
 #include "engine/terrain/parameters.h"
 #include "engine/tiling/point_bins.h"
@@ -54,11 +56,16 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes);
 // Predicts nodes from the kTerrain nodes around them; needs complete_halo() rings, leaves halos stale.
 void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeFields& nodes);
 
-struct FitSummary {
+// Corners, final planes; needs kFitHalo rings. One finished tile per tile of the table (empty where another rank's).
+std::vector<TerrainTile> fit_pass(const PassContext& context, const NodeFields& nodes);
+
+struct CommitSummary {
   Digest digest;
-  std::uint64_t tiles = 0, nodes = 0, observed = 0, predicted = 0, obstacle = 0, unknown = 0;
+  std::uint64_t tiles = 0, observed = 0, predicted = 0, obstacle = 0, filled = 0, unknown = 0;
+  std::uint64_t nodes() const { return observed + predicted + obstacle + filled + unknown; }
+  CommitSummary& operator+=(const CommitSummary& o);
 };
-// Corners, final planes, finished tiles into the sink; needs kFitHalo rings. Sums over this rank's tiles.
-FitSummary fit_pass(const PassContext& context, const NodeFields& nodes, TileSink& sink);
+// Finished tiles that hold anything go into the sink. Sums over this rank's tiles.
+CommitSummary commit_pass(const PassContext& context, std::vector<TerrainTile>&& finished, TileSink& sink);
 
 }  // namespace btms
