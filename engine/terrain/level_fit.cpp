@@ -108,7 +108,8 @@ Start start_on_prior(const NodePoints& p, std::int32_t datum, const Fixed& gate,
 
 double PriorPlane::slope() const { return std::sqrt(slope_x * slope_x + slope_y * slope_y); }
 
-LevelRules::LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first) : p_(p), r_mm_(r_mm), first_(first) {}
+LevelRules::LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first, bool last)
+    : p_(p), r_mm_(r_mm), first_(first), last_(last) {}
 
 std::int32_t LevelRules::completion_halo() const {
   // On the first level the radius may double twice.
@@ -216,7 +217,6 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
   node.sd_mm = saturate_u16(rules.first() ? rms_mm : std::max(rms_mm, q.inherit * given.sd_mm));
   node.level_class =
       weight >= (rules.first() ? q.first_min_weight : q.min_weight) ? LevelClass::kNear : LevelClass::kThin;
-  node.fitted_class = static_cast<std::uint8_t>(node.level_class);
   return node;
 }
 
@@ -237,7 +237,6 @@ void classify(LevelNode& node, const PriorPlane& prior, const LevelRules& rules)
     node.tolerance_mm = saturate_u16(tolerance * 1000);
     if (above > tolerance * 1000) node.level_class = LevelClass::kAbove;
   }
-  node.fitted_class = static_cast<std::uint8_t>(node.level_class);
 }
 
 }  // namespace btms

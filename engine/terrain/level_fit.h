@@ -27,18 +27,20 @@ struct PriorPlane {
 // Rules of one level with a given resolution.
 class LevelRules {
  public:
-  LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first);
+  LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first, bool last);
 
   const LevelParameters& p() const { return p_; }
   std::int32_t r_mm() const { return r_mm_; }
   double r_m() const { return r_mm_ / 1000.0; }
   bool first() const { return first_; }
+  // Nodes without points are completed too; elsewhere they keep their prior, which the next level refines anyway.
+  bool completes_empty() const { return first_ || last_; }
   std::int32_t completion_halo() const;  // rings a completed node may use
 
  private:
   LevelParameters p_;
   std::int32_t r_mm_;
-  bool first_;
+  bool first_, last_;
 };
 
 // Fits the plane of a node. Depends on the set of points alone, not on their order. `node.level_class` becomes kEmpty,

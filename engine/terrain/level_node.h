@@ -27,8 +27,8 @@ struct LevelNode {
   std::int16_t above_prior_mm = 0;            // d, saturating
   std::uint16_t tolerance_mm = 0;             // t, saturating
   LevelClass level_class = LevelClass::kOutside;
-  std::uint8_t fitted_class = 0;  // kNear or kAbove before rejection
-  std::uint16_t count = 0;        // points, saturating
+  std::uint8_t source = 0;  // levels coarser than this one that the height comes from
+  std::uint16_t count = 0;  // points, saturating
 
   bool has_plane() const { return level_class == LevelClass::kNear || level_class == LevelClass::kAbove; }
 };

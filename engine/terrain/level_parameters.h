@@ -40,7 +40,7 @@ struct LevelParameters {
   double least_weight = 0.001;
   double corner_floor_per_r = 0.05;  // distance floor of corner weights
   // Label
-  double label_m = 0.12, label_slope = 0.5, label_uncertainty = 0.5;  // e3, e_s, e_u
+  double label_spread = 2, label_slope = 0.5, label_uncertainty = 0.7;  // e3, e_s, e_u
   double label_slope_cap = 2;
   double level_below_m = 3;
 

@@ -47,14 +47,10 @@ struct LabelTile {
           }
           const FinalPlane plane = FinalPlane::through(t, tile.corners_mm({{col, row}, t}));
           const float a = static_cast<float>(plane.rise_x_mm) / r, b = static_cast<float>(plane.rise_y_mm) / r;
-          if (coarse_to_fine) {
-            // The threshold follows slope and uncertainty, measured vertically.
+          if (coarse_to_fine) {  // the threshold follows the place
             const float slope = std::min(std::sqrt(a * a + b * b), static_cast<float>(p.label_slope_cap));
-            const float lean = static_cast<float>(p.label_slope * 1000) * slope;
-            planes[i] = {a, b,
-                         static_cast<float>(p.label_m * 1000) + lean +
-                             static_cast<float>(p.label_uncertainty) * static_cast<float>(tile.nodes[i].sd_mm),
-                         -(static_cast<float>(p.level_below_m * 1000) + 2 * lean)};
+            planes[i] = {a, b, static_cast<float>(tile.nodes[i].terrain_mm),
+                         -static_cast<float>(p.level_below_m * 1000 + 2000 * p.label_slope * slope)};
             continue;
           }
           const float secant = std::sqrt(1 + a * a + b * b);  // p . s + d = vertical distance / secant

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/error.h"
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/level_complete.h"
 #include "engine/tiling/level_passes.h"
+#include "engine/tiling/level_points.h"
 #include "engine/tiling/needy_walk.h"
-#include "engine/tiling/node_sort.h"
 
 namespace btms {
 namespace {
@@ -31,14 +30,7 @@ struct PriorSource {
   }
 };
 
-template <class Fn>
-void for_each_node(const CellBox& box, const Fn& fn) {
-  for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col)
-      for (std::uint8_t t = 0; t < kTriangles; ++t) fn(NodeId{{col, row}, t});
-}
-
-// Nodes of one level, from the points. Bins lie inside tiles (both are cut at multiples of the coarsest cell).
+// Nodes of one level, from the points.
 void fit_level(const PassContext& context, const PointBins& bins, const BinGrid& grid, const LevelRules& rules,
                const PriorSource& prior, LevelFields& nodes) {
   const auto& tiles = context.table.tiles();
@@ -51,23 +43,9 @@ void fit_level(const PassContext& context, const PointBins& bins, const BinGrid&
       node = fit_level_node({}, n.triangle, prior.of(i, n), rules);
     });
   });
-  std::vector<NodeSort> sorts(static_cast<std::size_t>(context.threads.count()));
-  context.progress.begin("fit", bins.counts().points, "points");
-  context.threads.for_each(bins.bins().size(), [&](std::size_t k, int worker) {
-    if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in fit");
-    const PointBins::Bin& bin = bins.bins()[k];
-    NodeSort& sort = sorts[static_cast<std::size_t>(worker)];
-    sort.sort(bin, grid);
-    const CellBox box = grid.box_of(bin.id);
-    const std::int32_t i = context.table.index_of(context.table.layout().grid.tile_of({box.col0, box.row0}));
-    const auto tile = static_cast<std::size_t>(i);
-    std::size_t at = 0;
-    for_each_node(box, [&](NodeId n) {
-      const NodePoints points = sort.node(at++);
-      if (points.size == 0 || prior.outside(tile, n)) return;
-      nodes[tile].cell(n.cell)[n.triangle] = fit_level_node(points, n.triangle, prior.of(tile, n), rules);
-    });
-    context.progress.advance(bin.size);
+  for_each_node_with_points(context, "fit", bins, grid, [&](std::size_t i, NodeId n, const NodePoints& points) {
+    if (!prior.outside(i, n))
+      nodes[i].cell(n.cell)[n.triangle] = fit_level_node(points, n.triangle, prior.of(i, n), rules);
   });
 }
 
@@ -106,7 +84,7 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
   const auto& tiles = context.table.tiles();
   std::vector<CompleteScratch> scratch(static_cast<std::size_t>(context.threads.count()));
   const auto wants = [&](const LevelNode& n) {
-    return n.level_class != LevelClass::kOutside && !n.has_plane() && (n.count > 0 || rules.first());
+    return n.level_class != LevelClass::kOutside && !n.has_plane() && (n.count > 0 || rules.completes_empty());
   };
   context.for_each_tile("complete", [&](std::size_t i, int worker) {
     CompleteScratch& s = scratch[static_cast<std::size_t>(worker)];
@@ -198,36 +176,6 @@ LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, 
   return s;
 }
 
-// The finished tile: the surface of the last round, and what the nodes know.
-TerrainTile finish_tile(const TileField<LevelNode>& nodes, const TileField<LevelNode>& completed, const LevelSurface& s,
-                        const LevelRules& rules) {
-  TerrainTile tile(rules.r_mm(), s.box);
-  std::vector<std::uint8_t> used(tile.corner_mm.size(), 0);
-  for_each_node(s.box, [&](NodeId n) {
-    const LevelNode& own = nodes.cell(n.cell)[n.triangle];
-    NodeSurface& out = tile.nodes[tile.node_index(n)];
-    out.count = own.count;
-    if (s.is_outside(n)) return;
-    const auto corners = s.corners_of(n);
-    const LevelNode& filled = completed.cell(n.cell)[n.triangle];
-    out.sd_mm =
-        static_cast<std::uint16_t>((std::uint32_t{corners[0].sd_mm} + corners[1].sd_mm + corners[2].sd_mm + 1) / 3);
-    out.weight = static_cast<std::uint8_t>((filled.weight * 255u + 32768u) >> 16);
-    if (own.has_plane()) {
-      out.state = NodeState::kObserved;
-    } else {
-      const PriorPlane p = s.plane_of(n);
-      const bool stands = own.count > 0 && own.mean_z_mm - p.at(own.mean_x_mm, own.mean_y_mm) > rules.p().near_m * 1000;
-      out.state = stands ? NodeState::kObstacle : NodeState::kPredicted;
-    }
-    const auto rel = triangle_corners(n.triangle);
-    tile.centre_mm[tile.cell_index(n.cell)] = corners[0].z_mm;
-    for (int k = 1; k < 3; ++k)
-      tile.corner_mm[tile.corner_index({n.cell.col + rel[k].x / 2, n.cell.row + rel[k].y / 2})] = corners[k].z_mm;
-  });
-  return tile;
-}
-
 }  // namespace
 
 Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
@@ -240,7 +188,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
   for (int level = 0; level < levels; ++level) {
     if (level > 0) table = table.finer();
     const bool first = level == 0, last = level == levels - 1;
-    const LevelRules rules(parameters, table.layout().lattice.resolution_mm(), first);
+    const LevelRules rules(parameters, table.layout().lattice.resolution_mm(), first, last);
     const BinGrid grid(table.layout().lattice, finest_grid.edge_cells >> (levels - 1 - level));
     const PassContext context{parameters, table, threads, ranks, progress};
     const std::int32_t halo = std::max(rules.completion_halo(), kDomainRings);
@@ -277,9 +225,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
       own = std::move(next);
     }
     if (last) {
-      built.tiles.resize(tiles.size());
-      context.for_each_tile(
-          "finish", [&](std::size_t i, int) { built.tiles[i] = finish_tile(nodes[i], completed[i], own[i], rules); });
+      built.tiles = finish_levels(context, coarsest, bins, grid, rules, {nodes, completed, own});
     }
     surfaces = std::move(own);
     level_done(level);

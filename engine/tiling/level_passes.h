@@ -17,6 +17,18 @@ struct Levels {
   ComponentCounts components;      // of the finest level's last round
 };
 
+// What the last round leaves: fitted nodes, the same completed, and the surface over each tile.
+struct LastRound {
+  const TileFields<LevelNode>& nodes;
+  const TileFields<LevelNode>& completed;
+  const std::vector<LevelSurface>& surfaces;
+};
+
+// Finished tiles: the surface, what the nodes know, and how far above it points are terrain. `context` and `grid` are
+// of the finest level. Collective.
+std::vector<TerrainTile> finish_levels(const PassContext& context, const TileTable& coarsest, const PointBins& bins,
+                                       const BinGrid& grid, const LevelRules& rules, const LastRound& last);
+
 // The map ends this many cells of the coarsest level beyond the last point.
 inline constexpr std::int32_t kDomainRings = 1;
 
