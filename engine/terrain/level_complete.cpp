@@ -47,6 +47,7 @@ void take_prior(LevelNode& node, std::uint8_t t, const PriorPlane& prior, const 
                     prior, rules);
   node.weight = saturate_u16(rules.p().least_weight * kWeightUnit);
   node.sd_mm = saturate_u16(prior.sd_mm);
+  node.source = prior.source;
 }
 
 void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t centre_y_mm,
@@ -106,6 +107,7 @@ void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_
     coarse_sum += k;
   }
   place_at_centroid(node, t, p + (static_cast<double>(datum) - p) + shrunk, prior, rules);
+  node.source = 0;
   const double support = s / kKernelUnit;
   node.weight = saturate_u16((q.completed_weight * support / (support + 1) + q.least_weight) * kWeightUnit);
   node.sd_mm =

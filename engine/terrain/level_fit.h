@@ -18,7 +18,8 @@ namespace btms {
 struct PriorPlane {
   double z = 0;  // height at the square's centre
   double slope_x = 0, slope_y = 0;
-  double sd_mm = 0;  // u_P
+  double sd_mm = 0;         // u_P
+  std::uint8_t source = 0;  // levels coarser than the node that the prior's height comes from
 
   double at(double x, double y) const { return z + slope_x * x + slope_y * y; }
   double slope() const;  // length of the gradient

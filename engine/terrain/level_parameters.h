@@ -40,9 +40,13 @@ struct LevelParameters {
   double least_weight = 0.001;
   double corner_floor_per_r = 0.05;  // distance floor of corner weights
   // Label
-  double label_spread = 2, label_slope = 0.5, label_uncertainty = 0.7;  // e3, e_s, e_u
+  double label_spread = 2.2, label_disagreement = 0.8, label_slope = 4, label_uncertainty = 0.7;
   double label_slope_cap = 2;
   double level_below_m = 3;
+  // Standard deviations
+  double sd_observed = 1.8, sd_smooth_m = 0.035, sd_least = 0.2;
+  double sd_inferred = 3.8;
+  double filled_m = 16;  // heights from levels this coarse are a guess
 
   friend bool operator==(const LevelParameters&, const LevelParameters&) = default;
 };

@@ -50,7 +50,7 @@ struct LabelTile {
           if (coarse_to_fine) {  // the threshold follows the place
             const float slope = std::min(std::sqrt(a * a + b * b), static_cast<float>(p.label_slope_cap));
             planes[i] = {a, b, static_cast<float>(tile.nodes[i].terrain_mm),
-                         -static_cast<float>(p.level_below_m * 1000 + 2000 * p.label_slope * slope)};
+                         -static_cast<float>(p.level_below_m * 1000) * (1 + slope / 3)};
             continue;
           }
           const float secant = std::sqrt(1 + a * a + b * b);  // p . s + d = vertical distance / secant

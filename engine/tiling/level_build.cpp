@@ -1,12 +1,14 @@
 // The rounds of the coarse-to-fine method: fit, class, link, judge, complete, corners; the surface of a round is the
 // prior of the next, and that of a level's last round the prior of the finer level.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/level_complete.h"
 #include "engine/tiling/level_passes.h"
 #include "engine/tiling/level_points.h"
+#include "engine/tiling/level_scatter.h"
 #include "engine/tiling/needy_walk.h"
 
 namespace btms {
@@ -137,17 +139,34 @@ class LevelCorner {
     if (n.level_class == LevelClass::kOutside) return;
     const double x = -(dx_mm + n.mean_x_mm), y = -(dy_mm + n.mean_y_mm);
     const double w = n.weight / std::max(floor_mm, std::sqrt(x * x + y * y));
-    z_ += w * (n.mean_z_mm + (n.slope_x * x + n.slope_y * y) / kSlopeUnit);
+    const double z = n.mean_z_mm + (n.slope_x * x + n.slope_y * y) / kSlopeUnit;
+    z_ += w * z;
     sd_ += w * n.sd_mm;
     weight_ += w;
+    planes_[count_++] = {w, z};
   }
   LevelSurface::Corner corner() const {
     if (!(weight_ > 0)) return {};
-    return {height_mm(z_ / weight_), saturate_u16(sd_ / weight_)};
+    return {height_mm(z_ / weight_), saturate_u16(sd_ / weight_), saturate_u16(disagreement())};
   }
 
  private:
+  // Standard error of the weighted mean, from how far the planes are apart.
+  double disagreement() const {
+    const double mean = z_ / weight_;
+    double squares = 0, w2 = 0;
+    for (int i = 0; i < count_; ++i) {
+      squares += planes_[i].w * planes_[i].w * (planes_[i].z - mean) * (planes_[i].z - mean);
+      w2 += planes_[i].w * planes_[i].w;
+    }
+    return std::sqrt(squares) / weight_;
+  }
+  struct Plane {
+    double w, z;
+  };
   double z_ = 0, sd_ = 0, weight_ = 0;
+  std::array<Plane, kIncidentLattice> planes_;
+  int count_ = 0;
 };
 
 LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, const LevelRules& rules) {
@@ -169,7 +188,8 @@ LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, 
       const LevelNode* cell = nodes.cell({col, row});
       for (int t = 0; t < kTriangles; ++t) {
         corner.add(cell[t], 0, 0, floor_mm);
-        s.outside[k * kTriangles + static_cast<std::size_t>(t)] = cell[t].level_class == LevelClass::kOutside;
+        s.source[k * kTriangles + static_cast<std::size_t>(t)] =
+            cell[t].level_class == LevelClass::kOutside ? LevelSurface::kOutside : cell[t].source;
       }
       s.centres[k++] = corner.corner();
     }
@@ -185,6 +205,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
   Levels built{coarsest, {}, {}};
   TileTable& table = built.table;
   Surfaces surfaces;
+  std::vector<ScatterFields> misfits;  // one a refinement
   for (int level = 0; level < levels; ++level) {
     if (level > 0) table = table.finer();
     const bool first = level == 0, last = level == levels - 1;
@@ -216,6 +237,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
       });
       exchange_halo(table, nodes, kLinkHalo, threads, ranks);
       built.components = judge_level(context, rules, nodes);
+      if (round == 0 && !first) misfits.push_back(measure_misfit(context, coarsest, level, nodes));
       exchange_halo(table, nodes, rules.completion_halo(), threads, ranks);
       complete_level(context, rules, prior, by_lattice, nodes, completed);
       exchange_halo(table, completed, kFitHalo, threads, ranks);
@@ -225,7 +247,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
       own = std::move(next);
     }
     if (last) {
-      built.tiles = finish_levels(context, coarsest, bins, grid, rules, {nodes, completed, own});
+      built.tiles = finish_levels(context, coarsest, bins, grid, rules, {nodes, completed, own, misfits});
     }
     surfaces = std::move(own);
     level_done(level);

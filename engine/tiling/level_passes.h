@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/terrain/level_fit.h"
+#include "engine/tiling/level_scatter.h"
 #include "engine/tiling/level_surface.h"
 #include "engine/tiling/passes.h"
 
@@ -22,6 +23,7 @@ struct LastRound {
   const TileFields<LevelNode>& nodes;
   const TileFields<LevelNode>& completed;
   const std::vector<LevelSurface>& surfaces;
+  const std::vector<ScatterFields>& misfits;  // of the levels after the first against the one before
 };
 
 // Finished tiles: the surface, what the nodes know, and how far above it points are terrain. `context` and `grid` are

@@ -10,10 +10,16 @@
 namespace btms {
 
 template <class Fn>
-void for_each_node(const CellBox& box, const Fn& fn) {
+void for_each_cell(const CellBox& box, const Fn& fn) {
   for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col)
-      for (std::uint8_t t = 0; t < kTriangles; ++t) fn(NodeId{{col, row}, t});
+    for (std::int32_t col = box.col0; col < box.col1; ++col) fn(Cell{col, row});
+}
+
+template <class Fn>
+void for_each_node(const CellBox& box, const Fn& fn) {
+  for_each_cell(box, [&](Cell c) {
+    for (std::uint8_t t = 0; t < kTriangles; ++t) fn(NodeId{c, t});
+  });
 }
 
 // Calls fn(tile, node, points) for every node with points. Bins lie inside tiles (both are cut at multiples of the

@@ -1,0 +1,34 @@
+// What the levels learn about themselves, pooled over places of the size of the coarsest cells: the scatter of the
+// ground's points, and how far each level was from the next finer one.
+#pragma once
+
+#include <vector>
+
+#include "engine/terrain/level_node.h"
+#include "engine/terrain/scatter.h"
+#include "engine/tiling/level_surface.h"
+#include "engine/tiling/passes.h"
+
+namespace btms {
+
+// One value a cell of the coarsest level, in triangle 0 (a bin is such a cell); one ring of halo.
+using ScatterFields = TileFields<GroundScatter>;
+
+// The cell of the coarsest level, `refinements` levels up.
+constexpr Cell coarsest_cell(Cell c, int refinements) {
+  return {static_cast<std::int32_t>(floor_div(c.col, 1 << refinements)),
+          static_cast<std::int32_t>(floor_div(c.row, 1 << refinements))};
+}
+
+// Points below the surface. Collective, halos filled.
+ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
+                             const PointBins& bins, const BinGrid& grid, const std::vector<LevelSurface>& surfaces);
+
+// Fitted nodes against the prior they had. Collective, halos filled.
+ScatterFields measure_misfit(const PassContext& context, const TileTable& coarsest, int refinements,
+                             const TileFields<LevelNode>& nodes);
+
+// The sum over a cell and its ring.
+GroundScatter around(const TileField<GroundScatter>& scatter, Cell coarsest);
+
+}  // namespace btms
