@@ -24,7 +24,7 @@ struct LevelCloud {
   NodePoints points() const { return {x.data(), y.data(), z.data(), x.size()}; }
 };
 
-const LevelRules kFine(preset("city"), 2000, false), kFirst(preset("city"), 32000, true);
+const LevelRules kFine(preset("city"), 2000, false, true), kFirst(preset("city"), 32000, true, false);
 
 TEST(LevelFit, FindsTheGroundUnderWhatStandsOnIt) {
   Random random(1);
