@@ -29,6 +29,8 @@ const char* state_name(NodeState state) {
       return "predicted";
     case NodeState::kObstacle:
       return "obstacle";
+    case NodeState::kFilled:
+      return "filled";
     case NodeState::kUnknown:
       break;
   }

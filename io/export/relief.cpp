@@ -143,9 +143,10 @@ std::string length_text(double length_m) {
   return text + (km ? " km" : " m");
 }
 
-constexpr std::array<std::pair<NodeState, const char*>, 4> kLegend{{{NodeState::kObserved, "observed"},
+constexpr std::array<std::pair<NodeState, const char*>, 5> kLegend{{{NodeState::kObserved, "observed"},
                                                                     {NodeState::kPredicted, "predicted"},
                                                                     {NodeState::kObstacle, "obstacle"},
+                                                                    {NodeState::kFilled, "filled"},
                                                                     {NodeState::kUnknown, "unknown"}}};
 
 // All in dots of the font.

@@ -44,6 +44,8 @@ Rgb state_colour(NodeState state) {
       return {142, 176, 214};
     case NodeState::kObstacle:
       return {226, 98, 52};
+    case NodeState::kFilled:
+      return {190, 186, 196};
     default:
       return {255, 255, 255};
   }
