@@ -9,7 +9,7 @@
 namespace btms {
 namespace {
 
-constexpr double kSlopeUnit = 8192;  // of UpperNode
+constexpr double kUpperSlopeUnit = 8192;  // of UpperNode
 
 // A place, and the tile that holds its cell.
 struct Located {
@@ -75,7 +75,7 @@ std::vector<UpperPoint> upper_surfaces_in(const TerrainTile& tile, std::int64_t 
   auto it = std::lower_bound(tile.upper.begin(), tile.upper.end(), node,
                              [](const UpperNode& u, std::size_t n) { return u.node < n; });
   for (; it != tile.upper.end() && it->node == node; ++it) {
-    const double gx = it->slope_x / kSlopeUnit, gy = it->slope_y / kSlopeUnit;
+    const double gx = it->slope_x / kUpperSlopeUnit, gy = it->slope_y / kUpperSlopeUnit;
     UpperPoint& p = out.emplace_back();
     p.z_m = (it->z_mm + gx * dx + gy * dy) / 1000;
     set_normal(gx, gy, p.normal);
