@@ -51,9 +51,7 @@ Rgb state_colour(NodeState state) {
   }
 }
 
-Rgb shaded(NodeState state, Gradient gradient, double relief) {
-  const Rgb base = state_colour(state);
-  if (state == NodeState::kUnknown) return base;
+Rgb shaded(Rgb base, Gradient gradient, double relief) {
   const double east = gradient.east * relief, north = gradient.north * relief;
   const double lambert =
       std::max(0.0, (kSunUp - east * kSunEast - north * kSunNorth) / std::sqrt(1 + east * east + north * north));
