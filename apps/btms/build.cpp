@@ -25,7 +25,7 @@ struct BuildCommand {
   CommonOptions common;
   ParameterOptions parameters;
   std::vector<std::string> inputs;
-  std::string output, crs, picture;
+  std::string output, crs, picture, layer = "state";
   std::string tile_cells = "auto", executor = "tbb", neighbours = "nanoflann";
   std::uint64_t max_nodes = BuildOptions{}.max_nodes;
 };
@@ -105,6 +105,7 @@ int run_build(const BuildCommand& command) {
   const InputList list = expand_inputs(command.inputs);
   const auto& paths = list.paths;
   if (!command.picture.empty()) check_picture(command.picture, command.output, paths);
+  const PictureLayer& layer = picture_layer(command.layer);
   MapInfo info;
   info.parameters = choice.parameters;
   info.preset = choice.preset;
@@ -141,7 +142,7 @@ int run_build(const BuildCommand& command) {
         "a robot");
     spdlog::warn("{}", report.warnings.back());
   }
-  if (!command.picture.empty()) write_relief(*MapReader::open(command.output), command.picture);
+  if (!command.picture.empty()) write_relief(*MapReader::open(command.output), command.picture, kReliefPixels, layer);
   report.map = command.output;
   report.picture = command.picture;
   report.choice = choice;
@@ -154,6 +155,7 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  btms build tiles/ -o city.btms\n"
     "  btms build 'survey/*.las' -o hills.btms --resolution 2 --slope-max-deg 30 --picture hills.png\n"
+    "  btms build tiles/ -o city.btms --picture cost.png --layer cost --vehicle-max-step-m 0.1\n"
     "  btms build scan.bin -o scan.btms --preset single-scan --tile-cells whole\n"
     "\n"
     "The map has the same digest for any order or splitting of the inputs, tile size, executor and thread count.\n"
@@ -179,6 +181,10 @@ Command add_build(CLI::App& btms) {
   app->add_option("--picture", command->picture, "Also write a shaded relief of the map")
       ->type_name("FILE.png")
       ->default_str("");
+  app->add_option("--layer", command->layer,
+                  "What colours the picture: state, cost, slope, step, roughness or clearance")
+      ->type_name("NAME")
+      ->needs("--picture");
   app->add_option("--tile-cells", command->tile_cells,
                   "Edge of a tile in cells of the coarsest level, whole for one tile; auto is 128 of the finest level")
       ->type_name("N");

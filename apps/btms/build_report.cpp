@@ -22,11 +22,8 @@ Json report_json(const BuildReport& report) {
   json["points"] = s.points;
   json["dropped"] = {{"not_finite", s.not_finite}, {"out_of_range", s.out_of_range}};
   json["tiles"] = s.tiles;
-  json["nodes"] = {{"total", s.nodes},
-                   {"observed", s.observed},
-                   {"predicted", s.predicted},
-                   {"obstacle", s.obstacle},
-                   {"unknown", s.unknown}};
+  json["nodes"] = {{"total", s.nodes},       {"observed", s.observed}, {"predicted", s.predicted},
+                   {"obstacle", s.obstacle}, {"filled", s.filled},     {"unknown", s.unknown}};
   json["components"] = {{"found", s.components}, {"kept", s.components_kept}};
   json["seconds"] = tidy(report.seconds);
   json["phases"] = phases;
@@ -49,8 +46,9 @@ void print_build_report(const BuildReport& report, bool as_json) {
   table.row({"points", fmt::format("{} from {}", grouped(s.points), counted(report.inputs.size(), "file"))});
   table.row({"dropped", fmt::format("{} not finite, {} out of range", grouped(s.not_finite), grouped(s.out_of_range))});
   table.row({"tiles", grouped(s.tiles)});
-  table.row({"nodes", fmt::format("{}: {} observed, {} predicted, {} obstacle, {} unknown", grouped(s.nodes),
-                                  grouped(s.observed), grouped(s.predicted), grouped(s.obstacle), grouped(s.unknown))});
+  table.row({"nodes", fmt::format("{}: {} observed, {} predicted, {} obstacle, {} filled, {} unknown", grouped(s.nodes),
+                                  grouped(s.observed), grouped(s.predicted), grouped(s.obstacle), grouped(s.filled),
+                                  grouped(s.unknown))});
   table.row({"components", fmt::format("{}, {} kept", grouped(s.components), grouped(s.components_kept))});
   table.row({"digest", s.digest.hex()});
   for (const PhaseTime& phase : s.phases) table.row({phase.phase, seconds_text(phase.seconds)});

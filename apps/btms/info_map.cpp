@@ -13,7 +13,7 @@ namespace {
 // What only the tiles know.
 struct Content {
   CellBox cells;  // with anything in them
-  std::array<std::uint64_t, 4> nodes{};
+  std::array<std::uint64_t, 5> nodes{};
   std::int32_t low_mm = std::numeric_limits<std::int32_t>::max(), high_mm = std::numeric_limits<std::int32_t>::min();
 
   std::uint64_t of(NodeState state) const { return nodes[static_cast<std::size_t>(state)]; }
@@ -61,7 +61,8 @@ void print_map(const std::string& path, bool as_json, const Threads& threads) {
   const double east = content.cells.col1 * r, north = content.cells.row1 * r;
   const double low = content.low_mm / 1000.0, high = content.high_mm / 1000.0;
   const std::uint64_t observed = content.of(NodeState::kObserved), predicted = content.of(NodeState::kPredicted);
-  const std::uint64_t obstacle = content.of(NodeState::kObstacle), unknown = content.of(NodeState::kUnknown);
+  const std::uint64_t obstacle = content.of(NodeState::kObstacle), filled = content.of(NodeState::kFilled);
+  const std::uint64_t unknown = content.of(NodeState::kUnknown);
   if (as_json) {
     Json inputs = Json::array();
     for (const InputRecord& input : info.inputs)
@@ -76,7 +77,11 @@ void print_map(const std::string& path, bool as_json, const Threads& threads) {
     json["resolution_m"] = r;
     json["bounds_m"] = {tidy(west), tidy(south), tidy(east), tidy(north)};
     json["heights_m"] = content.has_surface() ? Json{low, high} : Json();
-    json["nodes"] = {{"observed", observed}, {"predicted", predicted}, {"obstacle", obstacle}, {"unknown", unknown}};
+    json["nodes"] = {{"observed", observed},
+                     {"predicted", predicted},
+                     {"obstacle", obstacle},
+                     {"filled", filled},
+                     {"unknown", unknown}};
     json["crs"] = info.crs_wkt;
     json["preset"] = info.preset;
     json["parameters"] = parameters_json(info.parameters);
@@ -95,8 +100,8 @@ void print_map(const std::string& path, bool as_json, const Threads& threads) {
   table.row({"x", fmt::format("{:.3f} to {:.3f} m", west, east)});
   table.row({"y", fmt::format("{:.3f} to {:.3f} m", south, north)});
   table.row({"z", content.has_surface() ? fmt::format("{:.3f} to {:.3f} m", low, high) : "no surface anywhere"});
-  table.row({"nodes", fmt::format("{} observed, {} predicted, {} obstacle, {} unknown", grouped(observed),
-                                  grouped(predicted), grouped(obstacle), grouped(unknown))});
+  table.row({"nodes", fmt::format("{} observed, {} predicted, {} obstacle, {} filled, {} unknown", grouped(observed),
+                                  grouped(predicted), grouped(obstacle), grouped(filled), grouped(unknown))});
   table.row({"tiles", fmt::format("{} of {} x {} squares of {} m", grouped(tiles), info.layout.grid.edge_cells,
                                   info.layout.grid.edge_cells, r)});
   table.row({"crs", crs_title(info.crs_wkt)});

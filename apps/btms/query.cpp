@@ -29,6 +29,8 @@ const char* state_name(NodeState state) {
       return "predicted";
     case NodeState::kObstacle:
       return "obstacle";
+    case NodeState::kFilled:
+      return "filled";
     case NodeState::kUnknown:
       break;
   }
@@ -38,6 +40,7 @@ const char* state_name(NodeState state) {
 struct Answer {
   Place place;
   SurfacePoint surface;
+  std::vector<UpperPoint> upper;
   bool outside = false;  // no tile there, or nothing of the tile
 
   bool known() const { return surface.state != NodeState::kUnknown; }
@@ -46,7 +49,7 @@ struct Answer {
 
 Answer answer_for(const TileSource& map, const Place& place) {
   const auto mm = [](double metres) { return static_cast<std::int64_t>(std::llround(metres * 1000)); };
-  Answer answer{place, surface_at(map, place.x_m, place.y_m), false};
+  Answer answer{place, surface_at(map, place.x_m, place.y_m), upper_surfaces_at(map, place.x_m, place.y_m), false};
   if (answer.known()) return answer;
   // Coordinates no map can hold would not fit a cell index.
   constexpr double kMax_m = static_cast<double>(kMaxHorizontal_mm) / 1000;
@@ -58,27 +61,60 @@ Answer answer_for(const TileSource& map, const Place& place) {
   return answer;
 }
 
-// The same keys everywhere; null where there is no surface.
+const char* kind_name(UpperKind kind) { return kind == UpperKind::kReachable ? "reachable" : "detached"; }
+
+Json normal_json(const double (&normal)[3]) { return {tidy(normal[0]), tidy(normal[1]), tidy(normal[2])}; }
+
+Json upper_json(const std::vector<UpperPoint>& upper) {
+  Json all = Json::array();
+  for (const UpperPoint& u : upper)
+    all.push_back({{"z", tidy(u.z_m)},
+                   {"kind", kind_name(u.kind)},
+                   {"sd", tidy(u.sd_m)},
+                   {"normal", normal_json(u.normal)},
+                   {"count", u.count}});
+  return all;
+}
+
+// The same keys everywhere; null where there is no surface, nothing above or no way across.
 Json answer_json(const Answer& a) {
   const SurfacePoint& s = a.surface;
-  const auto number = [&](double n) { return a.known() ? Json(tidy(n)) : Json(); };
+  const auto number = [&](double n) { return a.known() && std::isfinite(n) ? Json(tidy(n)) : Json(); };
   Json json{{"x", a.place.x_m}, {"y", a.place.y_m}};
   json["z"] = number(s.z_m);
   json["state"] = a.state();
   json["sd"] = number(s.sd_m);
-  json["normal"] = a.known() ? Json{tidy(s.normal[0]), tidy(s.normal[1]), tidy(s.normal[2])} : Json();
+  json["normal"] = a.known() ? normal_json(s.normal) : Json();
   json["support"] = number(s.support);
   json["weight"] = number(s.weight);
   json["count"] = s.count;
+  json["terrain"] = number(s.terrain_m);
+  json["roughness"] = number(s.roughness_m);
+  json["step"] = number(s.step_m);
+  json["clearance"] = number(s.clearance_m);
+  json["cost"] = number(s.cost);
+  json["source_resolution"] = number(s.source_resolution_m);
+  json["upper"] = upper_json(a.upper);
   return json;
+}
+
+std::string upper_text(const std::vector<UpperPoint>& upper) {
+  std::string text;
+  for (const UpperPoint& u : upper) text += fmt::format("{}{:.3f}", text.empty() ? "" : ",", u.z_m);
+  return text.empty() ? "-" : text;
 }
 
 std::string answer_text(const Answer& a) {
   const SurfacePoint& s = a.surface;
   const std::string where = fmt::format("{:.3f} {:.3f}", a.place.x_m, a.place.y_m);
-  if (!a.known()) return fmt::format("{} nan {} nan nan nan nan nan nan {}", where, a.state(), s.count);
-  return fmt::format("{} {:.3f} {} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {}", where, s.z_m, a.state(), s.sd_m,
-                     s.normal[0], s.normal[1], s.normal[2], s.support, s.weight, s.count);
+  const std::string upper = upper_text(a.upper);
+  if (!a.known())
+    return fmt::format("{} nan {} nan nan nan nan nan nan {} nan nan nan nan nan nan {}", where, a.state(), s.count,
+                       upper);
+  return fmt::format(
+      "{} {:.3f} {} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {} {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} {} {}", where,
+      s.z_m, a.state(), s.sd_m, s.normal[0], s.normal[1], s.normal[2], s.support, s.weight, s.count, s.terrain_m,
+      s.roughness_m, s.step_m, s.clearance_m, s.cost, s.source_resolution_m, upper);
 }
 
 int run_query(const QueryCommand& command) {
@@ -87,7 +123,10 @@ int run_query(const QueryCommand& command) {
   const auto reader = open_map(command.map);
   const TileCache map(*reader);
   Json places = Json::array();
-  if (!command.common.json) print_line("# x_m y_m z_m state sd_m normal_x normal_y normal_z support weight count");
+  if (!command.common.json)
+    print_line(
+        "# x_m y_m z_m state sd_m normal_x normal_y normal_z support weight count terrain_m roughness_m step_m "
+        "clearance_m cost source_m upper_z_m");
   const auto answer = [&](const Place& place) {
     if (command.common.json)
       places.push_back(answer_json(answer_for(map, place)));
@@ -116,10 +155,14 @@ constexpr const char* kFooter =
     "  printf '120.5 88.25\\n121 88\\n' | btms query city.btms\n"
     "\n"
     "A state is observed (ground seen there), predicted (inferred from the surroundings), obstacle (ground inferred\n"
-    "below something that stands there), unknown (no surface, z is nan, or null in JSON) or outside (nor is the map\n"
-    "there; `btms info city.btms` says where it is). sd is the standard deviation of the height, support the sum of\n"
-    "kernel values behind a prediction, weight how traversable the node is, count its points. With --json one --at\n"
-    "gives one object, several or stdin give {\"places\": [...]}.";
+    "below something that stands there), filled (a guess far from any ground seen), unknown (no surface, z is nan, or\n"
+    "null in JSON) or outside (nor is the map there; `btms info city.btms` says where it is). sd is the standard\n"
+    "deviation of the height, support the sum of kernel values behind a prediction, weight how traversable the node\n"
+    "is, count its points; points up to `terrain` above the surface are terrain; roughness is the rms distance of\n"
+    "those from it, step the jump in height of the ground, clearance what is free above it (inf, or null, where\n"
+    "nothing is above), cost what crossing costs the vehicle of the parameters (0 to 1; inf, or null: not\n"
+    "traversable), source the edge of the squares the height comes from, upper the heights of further surfaces there\n"
+    "(bridge decks, ceilings). With --json one --at gives one object, several or stdin give {\"places\": [...]}.";
 
 }  // namespace
 

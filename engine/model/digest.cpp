@@ -63,8 +63,8 @@ Digest digest(const TerrainTile& tile) {
         if (surface == NodeSurface{}) continue;
         // A node without a plane has no corners of its own; those of its neighbours are counted with them.
         const auto corners = surface.state != NodeState::kUnknown ? tile.corners_mm(id) : kNoCorners;
-        sum += (Bytes() << node_key(id) << tile.resolution_mm << corners[0] << corners[1] << corners[2] << surface)
-                   .hash();
+        sum +=
+            (Bytes() << node_key(id) << tile.resolution_mm << corners[0] << corners[1] << corners[2] << surface).hash();
       }
   return sum;
 }

@@ -1,10 +1,41 @@
 #include "engine/model/surface.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "engine/lattice/plane.h"
 
 namespace btms {
+namespace {
+
+constexpr double kUpperSlopeUnit = 8192;  // of UpperNode
+
+// A place, and the tile that holds its cell.
+struct Located {
+  std::shared_ptr<const TerrainTile> tile;  // nullptr outside the map
+  std::int64_t x_mm = 0, y_mm = 0;
+};
+
+Located locate(const TileSource& map, double x_m, double y_m) {
+  const double limit_m = static_cast<double>(kMaxHorizontal_mm) / 1000;
+  if (!(std::abs(x_m) <= limit_m) || !(std::abs(y_m) <= limit_m)) return {};
+  const auto x_mm = static_cast<std::int64_t>(std::floor(x_m * 1000 + 0.5));
+  const auto y_mm = static_cast<std::int64_t>(std::floor(y_m * 1000 + 0.5));
+  const Cell cell = map.layout().lattice.cell_at(x_mm, y_mm);
+  auto tile = map.load(map.layout().grid.tile_of(cell));
+  if (!tile || !tile->box.contains(cell)) return {};
+  return {std::move(tile), x_mm, y_mm};
+}
+
+void set_normal(double gx, double gy, double (&normal)[3]) {
+  const double length = std::sqrt(1 + gx * gx + gy * gy);
+  normal[0] = -gx / length;
+  normal[1] = -gy / length;
+  normal[2] = 1 / length;
+}
+
+}  // namespace
 
 SurfacePoint surface_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm) {
   const Lattice lattice(tile.resolution_mm);
@@ -20,25 +51,49 @@ SurfacePoint surface_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t
   const double dx = static_cast<double>(x_mm - lattice.centre_x_mm(id.cell));
   const double dy = static_cast<double>(y_mm - lattice.centre_y_mm(id.cell));
   out.z_m = (static_cast<double>(plane.centre_mm) + gx * dx + gy * dy) / 1000;
-  const double length = std::sqrt(1 + gx * gx + gy * gy);
-  out.normal[0] = -gx / length;
-  out.normal[1] = -gy / length;
-  out.normal[2] = 1 / length;
+  set_normal(gx, gy, out.normal);
   out.sd_m = node.sd_mm / 1000.0;
   out.weight = node.weight / 255.0;
   out.support = node.support / 256.0;
+  out.terrain_m = node.terrain_mm / 1000.0;
+  out.roughness_m = node.roughness_mm / 1000.0;
+  out.step_m = node.step_mm / 1000.0;
+  if (node.clearance_mm != kNothingAbove) out.clearance_m = node.clearance_mm / 1000.0;
+  if (node.cost != kNotTraversable) out.cost = node.cost / 254.0;
+  out.source_resolution_m = std::ldexp(tile.resolution_mm / 1000.0, node.source_level);
+  return out;
+}
+
+std::vector<UpperPoint> upper_surfaces_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm) {
+  std::vector<UpperPoint> out;
+  if (tile.upper.empty()) return out;
+  const Lattice lattice(tile.resolution_mm);
+  const NodeId id = lattice.node_at(x_mm, y_mm);
+  const double dx = static_cast<double>(x_mm - lattice.centre_x_mm(id.cell));
+  const double dy = static_cast<double>(y_mm - lattice.centre_y_mm(id.cell));
+  const std::size_t node = tile.node_index(id);
+  auto it = std::lower_bound(tile.upper.begin(), tile.upper.end(), node,
+                             [](const UpperNode& u, std::size_t n) { return u.node < n; });
+  for (; it != tile.upper.end() && it->node == node; ++it) {
+    const double gx = it->slope_x / kUpperSlopeUnit, gy = it->slope_y / kUpperSlopeUnit;
+    UpperPoint& p = out.emplace_back();
+    p.z_m = (it->z_mm + gx * dx + gy * dy) / 1000;
+    set_normal(gx, gy, p.normal);
+    p.sd_m = it->sd_mm / 1000.0;
+    p.count = it->count;
+    p.kind = it->kind;
+  }
   return out;
 }
 
 SurfacePoint surface_at(const TileSource& map, double x_m, double y_m) {
-  const double limit_m = static_cast<double>(kMaxHorizontal_mm) / 1000;
-  if (!(std::abs(x_m) <= limit_m) || !(std::abs(y_m) <= limit_m)) return {};
-  const auto x_mm = static_cast<std::int64_t>(std::floor(x_m * 1000 + 0.5));
-  const auto y_mm = static_cast<std::int64_t>(std::floor(y_m * 1000 + 0.5));
-  const Cell cell = map.layout().lattice.cell_at(x_mm, y_mm);
-  const auto tile = map.load(map.layout().grid.tile_of(cell));
-  if (!tile || !tile->box.contains(cell)) return {};
-  return surface_in(*tile, x_mm, y_mm);
+  const Located at = locate(map, x_m, y_m);
+  return at.tile ? surface_in(*at.tile, at.x_mm, at.y_mm) : SurfacePoint{};
+}
+
+std::vector<UpperPoint> upper_surfaces_at(const TileSource& map, double x_m, double y_m) {
+  const Located at = locate(map, x_m, y_m);
+  return at.tile ? upper_surfaces_in(*at.tile, at.x_mm, at.y_mm) : std::vector<UpperPoint>{};
 }
 
 }  // namespace btms

@@ -17,7 +17,7 @@
 namespace btms {
 
 enum class NodeState : std::uint8_t {
-  kUnknown = 0,    // no final plane here; every field but the count of points is 0
+  kUnknown = 0,    // no final plane here; every field but the count of points has its default
   kObserved = 1,   // terrain seen here
   kPredicted = 2,  // terrain inferred from its surroundings; nothing seen here contradicts it
   kObstacle = 3,   // terrain inferred below something that stands here
@@ -35,12 +35,12 @@ struct NodeSurface {
   std::uint16_t support = 0;     // sum of kernel values behind a prediction in 1/256, saturating; 0 where observed
   std::uint16_t sd_mm = 0;       // standard deviation of the height: the truth is within 1.96 sd 95 times in 100
   std::uint16_t terrain_mm = 0;  // points up to this far above the surface, vertically, are terrain
-  // Layers on the finished surface
+  // Layers on the finished surface; step and cost as traversability.h defines them
   std::uint16_t roughness_mm = 0;              // rms distance of the node's terrain points from the surface
-  std::uint16_t step_mm = 0;                   // greatest jump in height to or within the ground around it
+  std::uint16_t step_mm = 0;                   // jump in height of the ground across it
   std::uint16_t clearance_mm = kNothingAbove;  // from the surface up to the lowest thing seen above it
-  std::uint8_t cost = 0;          // of crossing it with the described vehicle: 0 free .. 254, or kNotTraversable
-  std::uint8_t source_level = 0;  // levels coarser than the finest that the height comes from
+  std::uint8_t cost = kNotTraversable;         // of crossing it with the described vehicle: 0 free .. 254
+  std::uint8_t source_level = 0;               // levels coarser than the finest that the height comes from
   friend bool operator==(const NodeSurface&, const NodeSurface&) = default;
 };
 

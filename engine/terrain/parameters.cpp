@@ -12,6 +12,7 @@ namespace {
 
 using P = Parameters;
 
+constexpr double kWidestVehicle_r = 32;
 constexpr double kMinResolution_m = Lattice::kMinResolution_mm / 1000.0;
 
 const std::array kTable = {
@@ -49,6 +50,14 @@ const std::array kTable = {
                   "points up to this far above the final plane are terrain", &P::terrain_distance_m},
     ParameterInfo{"below_m", "", "m", 0.0, 1000.0, "", "measured",
                   "points further below the surface than this are flagged as far below", &P::below_m},
+    ParameterInfo{"vehicle_width_m", "", "m", 0.0, 100.0, "", "a car",
+                  "cost: nothing within half of this from a place may be impassable", &P::vehicle_width_m},
+    ParameterInfo{"vehicle_height_m", "", "m", 0.0, 50.0, "", "a car", "cost: less clearance than this is impassable",
+                  &P::vehicle_height_m},
+    ParameterInfo{"vehicle_max_slope_deg", "", "deg", 0.1, 89.0, "", "a car",
+                  "cost: steeper ground than this is impassable", &P::vehicle_max_slope_deg},
+    ParameterInfo{"vehicle_max_step_m", "", "m", 0.001, 10.0, "", "a car",
+                  "cost: higher steps than this are impassable", &P::vehicle_max_step_m},
     ParameterInfo{"gate_m", "dn0", "m", 0, 100, "", "coarse to fine",
                   "points further below the prior than this (plus gate_per_r) are noise", &P::gate_m},
     ParameterInfo{"gate_per_r", "dn1", "", 0, 10, "", "coarse to fine", "the same per metre of the level's resolution",
@@ -240,6 +249,10 @@ void check(const Parameters& p) {
   if (resolution_mm(p) % 2 != 0)
     throw Error(ErrorCode::kUsage, "resolution_m = " + number_text(p.resolution_m) +
                                        ": expected an even number of millimetres, so that square centres are whole");
+  if (p.vehicle_width_m > kWidestVehicle_r * p.resolution_m)
+    throw Error(ErrorCode::kUsage, "vehicle_width_m = " + number_text(p.vehicle_width_m) + ": expected at most " +
+                                       number_text(kWidestVehicle_r * p.resolution_m) + " m at " +
+                                       number_text(p.resolution_m) + " m resolution");
   const std::int64_t coarsest_mm = std::int64_t{resolution_mm(p)} << (level_count(p) - 1);
   if (coarsest_mm > Lattice::kMaxResolution_mm)
     throw Error(ErrorCode::kUsage, std::to_string(level_count(p)) + " levels from " + number_text(p.resolution_m) +
@@ -258,6 +271,10 @@ Parameters preset(std::string_view name) {
   if (name == "partial-map") {  // Table I
     p.resolution_m = 2.0;
     p.terrain_distance_m = 0.3;
+    p.vehicle_width_m = 0.8;  // a field robot
+    p.vehicle_height_m = 1.2;
+    p.vehicle_max_slope_deg = 25.0;
+    p.vehicle_max_step_m = 0.15;
     return p;
   }
   if (name == "city") {  // airborne maps, coarse to fine; `--method fixed --resolution 8` is the paper on them

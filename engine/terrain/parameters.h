@@ -49,6 +49,12 @@ struct Parameters : LevelParameters {
   double terrain_distance_m = 0.125;  // eps3
   double below_m = 2.0;               // points further below the surface than this are flagged
 
+  // The vehicle that costs are for: a car
+  double vehicle_width_m = 1.8;
+  double vehicle_height_m = 2.0;
+  double vehicle_max_slope_deg = 20.0;
+  double vehicle_max_step_m = 0.2;
+
   friend bool operator==(const Parameters&, const Parameters&) = default;
 };
 

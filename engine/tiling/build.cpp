@@ -97,7 +97,10 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
     bins = PointBins();
     summary.components = built.components.all;
     summary.components_kept = built.components.kept;
-    commit({p, built.table, threads, ranks, progress}, std::move(built.tiles), tiles, summary);
+    const PassContext context{p, built.table, threads, ranks, progress};
+    if (options.layers) layer_pass(context, built.tiles);
+    watch.lap("layers", summary.phases);
+    commit(context, std::move(built.tiles), tiles, summary);
     watch.lap("commit", summary.phases);
     return summary;
   }
@@ -125,6 +128,8 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   std::vector<TerrainTile> finished = fit_pass(context, nodes);
   nodes.clear();
   watch.lap("fit", summary.phases);
+  if (options.layers) layer_pass(context, finished);
+  watch.lap("layers", summary.phases);
   commit(context, std::move(finished), tiles, summary);
   watch.lap("commit", summary.phases);
   return summary;

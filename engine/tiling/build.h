@@ -26,6 +26,7 @@ struct BuildOptions {
   // Tile edge in cells of the coarsest level, so that any edge nests; 0 = the whole map is one tile (see TileTable).
   // Default: 128 cells of the finest level.
   std::optional<std::int32_t> tile_cells;
+  bool layers = true;                  // fill the layers that only maps need: step and cost
   bool neighbours_by_lattice = false;  // scan the lattice instead of querying nanoflann; same bits, for tests
   std::uint64_t max_nodes = std::uint64_t{1}
                             << 28;  // halos included; refuse larger maps before allocating (24 bytes a node)

@@ -8,6 +8,8 @@
 //   complete  7-11       ceil(l/r - 1/6) rings      copies of terrain nodes
 //   fit       12-13      1 ring of completed nodes  copies of nodes; shared corners come out of equal bits on both
 //   sides
+//   layer     -          1 ring of corners, then   copies of nodes
+//                        ceil of half the vehicle
 #pragma once
 
 #include <cstdint>
@@ -58,6 +60,11 @@ void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeF
 
 // Corners, final planes; needs kFitHalo rings. One finished tile per tile of the table (empty where another rank's).
 std::vector<TerrainTile> fit_pass(const PassContext& context, const NodeFields& nodes);
+
+inline constexpr std::int32_t kStepHalo = 1;  // neighbours share a corner
+// Step and cost on the finished surfaces, from their corners, roughness and clearance (0 and kNothingAbove where
+// nothing is known). Collective. Needs kStepHalo rings of corners and Vehicle::rings() of costs, and fetches them.
+void layer_pass(const PassContext& context, std::vector<TerrainTile>& finished);
 
 struct CommitSummary {
   Digest digest;

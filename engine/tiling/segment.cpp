@@ -12,6 +12,7 @@ SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters
   Progress progress;
   BuildOptions options;
   options.parameters = parameters;
+  options.layers = false;  // labels don't read them
   out.map = MemoryMap(MapLayout{Lattice(resolution_mm(parameters)), {}});
   if (scan.size() > 0) {
     const std::array<const PointSource*, 1> sources{&scan};

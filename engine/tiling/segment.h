@@ -1,4 +1,5 @@
-// A single scan: model and label in memory, one call. Nothing is written, no thread is started.
+// A single scan: model and label in memory, one call. Nothing is written, no thread is
+// started, and the model has neither steps nor costs.
 #pragma once
 
 #include <vector>

@@ -74,7 +74,7 @@ class Canvas {
         sums_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
 
   // Precondition: every square of the tile with a surface lies in the canvas' box.
-  void draw(const TerrainTile& tile, double relief) {
+  void draw(const TerrainTile& tile, const PictureLayer& layer, double relief) {
     // Samples across a square, so that each of its triangles is met, also in squares smaller than a pixel.
     const int across = std::max(2 * zoom_.enlarged, zoom_.reduced < 8 ? 4 : 2);
     for (std::int32_t row = tile.box.row0; row < tile.box.row1; ++row)
@@ -84,7 +84,9 @@ class Canvas {
         bool empty = true;
         for (std::uint8_t t = 0; t < kTriangles; ++t) {
           const NodeState state = tile.nodes[cell * kTriangles + t].state;
-          colour[t] = state == NodeState::kUnknown ? kPaper : shaded(state, node_gradient(tile, cell, t), relief);
+          colour[t] = state == NodeState::kUnknown
+                          ? kPaper
+                          : shaded(layer.colour(tile, cell, t), node_gradient(tile, cell, t), relief);
           empty = empty && state == NodeState::kUnknown;
         }
         if (!empty) draw_square({col, row}, colour, across);
@@ -143,31 +145,47 @@ std::string length_text(double length_m) {
   return text + (km ? " km" : " m");
 }
 
-constexpr std::array<std::pair<NodeState, const char*>, 4> kLegend{{{NodeState::kObserved, "observed"},
-                                                                    {NodeState::kPredicted, "predicted"},
-                                                                    {NodeState::kObstacle, "obstacle"},
-                                                                    {NodeState::kUnknown, "unknown"}}};
-
 // All in dots of the font.
-constexpr int kMargin = 8, kSwatch = 10, kGap = 10, kBar = 60, kLegendHeight = 23;
+constexpr int kMargin = 8, kSwatch = 10, kGap = 10, kBar = 60, kRamp = 60, kLegendHeight = 23;
+
+std::vector<LegendEntry> swatches(const PictureLayer& layer) {
+  std::vector<LegendEntry> entries = layer.exceptions;
+  entries.push_back({kPaper, "unknown"});
+  return entries;
+}
 
 // Wide enough for the longest bar and text there can be.
-int legend_width(int scale) {
+int legend_width(const PictureLayer& layer, int scale) {
   int width = 2 * kMargin;
-  for (const auto& entry : kLegend) width += kSwatch + 4 + Picture::text_width(entry.second, 1) + kGap;
+  if (!layer.low.empty())
+    width += Picture::text_width(layer.name, 1) + kGap + Picture::text_width(layer.low, 1) + 4 + kRamp + 4 +
+             Picture::text_width(layer.high, 1) + kGap;
+  for (const LegendEntry& entry : swatches(layer)) width += kSwatch + 4 + Picture::text_width(entry.text, 1) + kGap;
   width += kBar + 5 + Picture::text_width("0.005 m", 1) + kGap + Picture::text_width("relief x10", 1);
   return width * scale;
 }
 
-void draw_legend(Picture& picture, int s, double metres_per_pixel, double relief) {
+void draw_legend(Picture& picture, const PictureLayer& layer, int s, double metres_per_pixel, double relief) {
   const int top = picture.height() - (kLegendHeight - 8) * s;
   int x = kMargin * s;
-  for (const auto& [state, name] : kLegend) {
+  const auto write = [&](std::string_view text, int gap) {
+    picture.text(x, top, text, s, kInk);
+    x += Picture::text_width(text, s) + gap * s;
+  };
+  if (!layer.low.empty()) {
+    write(layer.name, kGap);
+    write(layer.low, 4);
+    picture.fill(x, top - s, kRamp * s, 9 * s, kInk);
+    for (int i = 1; i < kRamp * s - 1; ++i)
+      picture.fill(x + i, top - s + 1, 1, 9 * s - 2, ramp_colour((i - 1.0) / (kRamp * s - 3)));
+    x += (kRamp + 4) * s;
+    write(layer.high, kGap);
+  }
+  for (const LegendEntry& entry : swatches(layer)) {
     picture.fill(x, top - s, kSwatch * s, 9 * s, kInk);
-    const Rgb colour = state == NodeState::kUnknown ? kPaper : state_colour(state);
-    picture.fill(x + 1, top - s + 1, kSwatch * s - 2, 9 * s - 2, colour);
-    picture.text(x + (kSwatch + 4) * s, top, name, s, kInk);
-    x += (kSwatch + 4 + kGap) * s + Picture::text_width(name, s);
+    picture.fill(x + 1, top - s + 1, kSwatch * s - 2, 9 * s - 2, entry.colour);
+    x += (kSwatch + 4) * s;
+    write(entry.text, kGap);
   }
   const double bar_m = round_length_m(kBar * s * metres_per_pixel);
   const int bar = std::max(1, static_cast<int>(std::lround(bar_m / metres_per_pixel)));
@@ -175,31 +193,30 @@ void draw_legend(Picture& picture, int s, double metres_per_pixel, double relief
   picture.fill(x, top, s, 7 * s, kInk);
   picture.fill(x + bar - s, top, s, 7 * s, kInk);
   x += bar + 5 * s;
-  const std::string length = length_text(bar_m);
-  picture.text(x, top, length, s, kInk);
-  x += Picture::text_width(length, s) + kGap * s;
-  if (relief > 1) picture.text(x, top, "relief x" + std::to_string(static_cast<int>(relief)), s, kInk);
+  write(length_text(bar_m), kGap);
+  if (relief > 1) write("relief x" + std::to_string(static_cast<int>(relief)), 0);
 }
 
 }  // namespace
 
-void write_relief(const TileSource& map, const std::filesystem::path& png, std::uint32_t max_pixels) {
+void write_relief(const TileSource& map, const std::filesystem::path& png, std::uint32_t max_pixels,
+                  const PictureLayer& layer) {
   const Survey s = survey(map);
   const double relief = relief_of(s);
   const int scale = max_pixels >= 1000 ? 2 : 1;
   const auto limit = static_cast<std::int64_t>(std::clamp<std::uint32_t>(max_pixels, 64, 20000));
-  const bool with_legend = limit >= legend_width(scale);
+  const bool with_legend = limit >= legend_width(layer, scale);
   const int strip = with_legend ? kLegendHeight * scale : 0;
   const Zoom zoom = zoom_for(s.box, limit, limit - strip);
 
   Canvas canvas(s.box, zoom);
   for (const TileId id : map.tiles())
-    if (const auto tile = map.load(id)) canvas.draw(*tile, relief);
-  const int width = std::max(zoom.pixels(s.box.cols()), with_legend ? legend_width(scale) : 1);
+    if (const auto tile = map.load(id)) canvas.draw(*tile, layer, relief);
+  const int width = std::max(zoom.pixels(s.box.cols()), with_legend ? legend_width(layer, scale) : 1);
   Picture picture(width, std::max(1, zoom.pixels(s.box.rows()) + strip), kPaper);
   canvas.copy_to(picture, (width - zoom.pixels(s.box.cols())) / 2);
   if (with_legend)
-    draw_legend(picture, scale, map.layout().lattice.resolution_m() * zoom.reduced / zoom.enlarged, relief);
+    draw_legend(picture, layer, scale, map.layout().lattice.resolution_m() * zoom.reduced / zoom.enlarged, relief);
   picture.write_png(png);
 }
 

@@ -44,14 +44,14 @@ Rgb state_colour(NodeState state) {
       return {142, 176, 214};
     case NodeState::kObstacle:
       return {226, 98, 52};
+    case NodeState::kFilled:
+      return {190, 186, 196};
     default:
       return {255, 255, 255};
   }
 }
 
-Rgb shaded(NodeState state, Gradient gradient, double relief) {
-  const Rgb base = state_colour(state);
-  if (state == NodeState::kUnknown) return base;
+Rgb shaded(Rgb base, Gradient gradient, double relief) {
   const double east = gradient.east * relief, north = gradient.north * relief;
   const double lambert =
       std::max(0.0, (kSunUp - east * kSunEast - north * kSunNorth) / std::sqrt(1 + east * east + north * north));

@@ -18,7 +18,7 @@ Gradient node_gradient(const TerrainTile& tile, std::size_t cell, std::uint8_t t
 // Base colour of a state, as the legend shows it.
 Rgb state_colour(NodeState state);
 
-// The base colour in the light; slopes are exaggerated by `relief` first.
-Rgb shaded(NodeState state, Gradient gradient, double relief);
+// A base colour in the light; slopes are exaggerated by `relief` first.
+Rgb shaded(Rgb base, Gradient gradient, double relief);
 
 }  // namespace btms

@@ -51,6 +51,8 @@ hid_t file_type(Element e) {
       return H5T_IEEE_F32LE;
     case Element::kI32:
       return H5T_STD_I32LE;
+    case Element::kI16:
+      return H5T_STD_I16LE;
     case Element::kU16:
       return H5T_STD_U16LE;
     default:
@@ -67,9 +69,16 @@ const char* unit_name(double unit_m) {
 }
 
 void describe_states(hid_t layer) {
-  constexpr std::uint8_t kValues[] = {0, 1, 2, 3};
-  write_numbers(layer, "flag_values", H5T_STD_U8LE, kValues, 4);
-  write_text(layer, "flag_meanings", "unknown observed predicted obstacle");
+  constexpr std::uint8_t kValues[] = {0, 1, 2, 3, 4};
+  write_numbers(layer, "flag_values", H5T_STD_U8LE, kValues, 5);
+  write_text(layer, "flag_meanings", "unknown observed predicted obstacle filled");
+}
+
+void describe_kinds(hid_t layer) {
+  constexpr std::uint8_t kValues[] = {static_cast<std::uint8_t>(UpperKind::kReachable),
+                                      static_cast<std::uint8_t>(UpperKind::kDetached)};
+  write_numbers(layer, "flag_values", H5T_STD_U8LE, kValues, 2);
+  write_text(layer, "flag_meanings", "reachable detached");
 }
 
 }  // namespace
@@ -118,11 +127,12 @@ void CfAxis::attach(hid_t layer, std::span<CfAxis* const> axes) {
 
 Hdf5Space layer_space(const LayerInfo& layer, const LayerShape& s) {
   const hsize_t extent[] = {s.planes, s.rows, s.cols};
-  const bool planes = layer.raster == Raster::kPerTriangle;
-  return {H5Screate_simple(planes ? 3 : 2, planes ? extent : extent + 1, nullptr), "create a space"};
+  const int rank = dimensions(layer.raster);
+  return {H5Screate_simple(rank, extent + (3 - rank), nullptr), "create a space"};
 }
 
-CfFile::CfFile(const CellBox& box, std::int32_t resolution_mm, const std::optional<Crs>& crs) : box_(box), crs_(crs) {
+CfFile::CfFile(const CellBox& box, std::size_t upper, std::int32_t resolution_mm, const std::optional<Crs>& crs)
+    : box_(box), upper_count_(upper), crs_(crs) {
   write_text(image_.file(), "Conventions", "CF-1.8");
   write_text(image_.file(), "title", "B-TMS terrain map");
   const std::int32_t version = kSchemaVersion;
@@ -203,7 +213,7 @@ Hdf5Dataset CfFile::add_layer(const LayerInfo& layer, const std::function<void(h
   const hid_t type = file_type(layer.element);
   hdf5_check(H5Pset_fill_value(p.get(), type, fill.data()), "set a fill value");
   storage(p.get());
-  const Hdf5Space space = layer_space(layer, layer_shape(layer, box_));
+  const Hdf5Space space = layer_space(layer, layer_shape(layer, box_, upper_count_));
   Hdf5Dataset data(H5Dcreate2(layer.in_tgf ? tgf_.get() : image_.file(), layer.name, type, space.get(), H5P_DEFAULT,
                               p.get(), H5P_DEFAULT),
                    "create a layer");
@@ -215,6 +225,13 @@ Hdf5Dataset CfFile::add_layer(const LayerInfo& layer, const std::function<void(h
     write_number(data.get(), "add_offset", 0);
   }
   if (layer.id == LayerId::kClass || layer.id == LayerId::kState) describe_states(data.get());
+  if (layer.id == LayerId::kUpperKind) describe_kinds(data.get());
+  if (layer.id == LayerId::kUpper) {
+    // CF 8.2: the list is the coordinate of its own dimension and says what its indices count.
+    write_text(data.get(), "compress", "tri y x");
+    upper_ = CfAxis({H5Dopen2(tgf_.get(), layer.name, H5P_DEFAULT), "open a list"}, layer.name);
+    return data;
+  }
   if (layer.id == LayerId::kElevation) {
     if (crs_ && !crs_->height_standard_name.empty())
       write_text(data.get(), "standard_name", crs_->height_standard_name);
@@ -222,6 +239,11 @@ Hdf5Dataset CfFile::add_layer(const LayerInfo& layer, const std::function<void(h
   }
   if (crs_) write_text(data.get(), "grid_mapping", "crs");
 
+  if (layer.raster == Raster::kPerUpper) {
+    CfAxis* const list[] = {&upper_};
+    CfAxis::attach(data.get(), list);
+    return data;
+  }
   const bool corners = layer.raster == Raster::kPerCorner;
   CfAxis* const axes[] = {&tri_, corners ? &y_corner_ : &y_, corners ? &x_corner_ : &x_};
   CfAxis::attach(data.get(), layer.raster == Raster::kPerTriangle ? std::span(axes) : std::span(axes).subspan(1));
@@ -229,7 +251,7 @@ Hdf5Dataset CfFile::add_layer(const LayerInfo& layer, const std::function<void(h
 }
 
 std::vector<std::uint8_t> CfFile::finish() {
-  for (CfAxis* axis : {&x_, &y_, &tri_, &x_corner_, &y_corner_}) axis->close();
+  for (CfAxis* axis : {&x_, &y_, &tri_, &x_corner_, &y_corner_, &upper_}) axis->close();
   tgf_.close();
   return image_.finish();
 }

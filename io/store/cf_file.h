@@ -15,7 +15,7 @@
 
 namespace btms {
 
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
 
 // An axis and the layers that use it. Ties them the way H5DSattach_scale does (DIMENSION_LIST, REFERENCE_LIST), but
 // writes each attribute once: H5DSattach_scale rewrites an axis' list for every layer, which cost a third of a shard's
@@ -43,10 +43,12 @@ class CfAxis {
 
 class CfFile {
  public:
-  // Creates axes, the group tgf and, where one is given, the crs variable. Throws Error(kFailed), like all of it.
-  CfFile(const CellBox& box, std::int32_t resolution_mm, const std::optional<Crs>& crs);
+  // Creates axes, the group tgf and, where one is given, the crs variable. `upper`: entries of the lists of further
+  // surfaces. Throws Error(kFailed), like all of it.
+  CfFile(const CellBox& box, std::size_t upper, std::int32_t resolution_mm, const std::optional<Crs>& crs);
 
-  // Adds a layer. `storage` completes its dataset creation properties (chunks and filters, or virtual sources).
+  // Adds a layer; LayerId::kUpper, the lists' own axis, before the other lists. `storage` completes its dataset
+  // creation properties (chunks and filters, or virtual sources).
   Hdf5Dataset add_layer(const LayerInfo& layer, const std::function<void(hid_t properties)>& storage);
 
   // Closes everything and returns the file's bytes. Every dataset handle must have been closed.
@@ -58,11 +60,12 @@ class CfFile {
   CfAxis add_axis(hid_t place, const char* name, bool north_south, const std::vector<double>& values);
 
   CellBox box_;
+  std::size_t upper_count_;
   std::optional<Crs> crs_;
   QuietHdf5 quiet_;
   Hdf5Image image_;
   Hdf5Group tgf_;
-  CfAxis x_, y_, tri_, x_corner_, y_corner_;
+  CfAxis x_, y_, tri_, x_corner_, y_corner_, upper_;
 };
 
 // Dataspace of a layer.

@@ -7,12 +7,14 @@
 #include <limits>
 #include <numbers>
 
+#include "engine/error.h"
+
 namespace btms {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "rasters are stored little-endian");
 
-constexpr std::size_t kChunkCells = 128;
+constexpr std::size_t kChunkCells = 128, kChunkUpper = std::size_t{1} << 16;
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
 constexpr LayerInfo kLayers[] = {
@@ -23,6 +25,16 @@ constexpr LayerInfo kLayers[] = {
     {LayerId::kSlope, "slope", false, Raster::kPerSquare, Element::kF32, 0, "degree",
      "slope of the steepest of the square's triangles", true},
     {LayerId::kClass, "class", false, Raster::kPerSquare, Element::kU8, 0, nullptr, "kind of terrain", true},
+    {LayerId::kGisRoughness, "roughness", false, Raster::kPerSquare, Element::kF32, 0, "m",
+     "rms distance of terrain points from the surface, greatest of the square's triangles", true},
+    {LayerId::kGisStep, "step", false, Raster::kPerSquare, Element::kF32, 0, "m",
+     "jump in height of the ground, greatest of the square's triangles", true},
+    {LayerId::kGisClearance, "clearance", false, Raster::kPerSquare, Element::kF32, 0, "m",
+     "from the surface up to the lowest thing above it, least of the square's triangles", true},
+    {LayerId::kGisCost, "cost", false, Raster::kPerSquare, Element::kF32, 0, "1",
+     "cost of crossing, greatest of the square's triangles; missing where one is not traversable", true},
+    {LayerId::kUpperElevation, "upper_elevation", false, Raster::kPerSquare, Element::kF32, 0, "m",
+     "height of the lowest further surface above the terrain at the square's centre", true},
     {LayerId::kCornerHeight, "corner_height", true, Raster::kPerCorner, Element::kI32, 0.001, "m",
      "height of the surface at the corners of the squares", true},
     {LayerId::kCentreHeight, "centre_height", true, Raster::kPerSquare, Element::kI32, 0.001, "m",
@@ -35,6 +47,32 @@ constexpr LayerInfo kLayers[] = {
     {LayerId::kSupport, "support", true, Raster::kPerTriangle, Element::kU16, 1.0 / 256, "1",
      "sum of kernel values behind a prediction", false},
     {LayerId::kSd, "sd", true, Raster::kPerTriangle, Element::kU16, 0.001, "m", "standard deviation of the height",
+     false},
+    {LayerId::kTerrain, "terrain", true, Raster::kPerTriangle, Element::kU16, 0.001, "m",
+     "points up to this far above the surface are terrain", false},
+    {LayerId::kRoughness, "roughness", true, Raster::kPerTriangle, Element::kU16, 0.001, "m",
+     "rms distance of terrain points from the surface", false},
+    {LayerId::kStep, "step", true, Raster::kPerTriangle, Element::kU16, 0.001, "m", "jump in height of the ground",
+     false},
+    {LayerId::kClearance, "clearance", true, Raster::kPerTriangle, Element::kU16, 0.001, "m",
+     "from the surface up to the lowest thing above it", true},
+    {LayerId::kCost, "cost", true, Raster::kPerTriangle, Element::kU8, 1.0 / 254, "1",
+     "cost of crossing, missing where not traversable", true},
+    {LayerId::kSourceLevel, "source_level", true, Raster::kPerTriangle, Element::kU8, 0, "1",
+     "levels coarser than the finest that the height comes from", false},
+    {LayerId::kUpper, "upper", true, Raster::kPerUpper, Element::kI32, 0, nullptr,
+     "index of the triangle below a further surface, in (tri, y, x)", false},
+    {LayerId::kUpperHeight, "upper_height", true, Raster::kPerUpper, Element::kI32, 0.001, "m",
+     "height of the further surface at the square's centre", false},
+    {LayerId::kUpperSlopeX, "upper_slope_x", true, Raster::kPerUpper, Element::kI16, 1.0 / 8192, "1",
+     "its rise to the east", false},
+    {LayerId::kUpperSlopeY, "upper_slope_y", true, Raster::kPerUpper, Element::kI16, 1.0 / 8192, "1",
+     "its rise to the north", false},
+    {LayerId::kUpperSd, "upper_sd", true, Raster::kPerUpper, Element::kU16, 0.001, "m", "spread of its points about it",
+     false},
+    {LayerId::kUpperCount, "upper_count", true, Raster::kPerUpper, Element::kU16, 0, "1",
+     "its points, 65535 is that many or more", false},
+    {LayerId::kUpperKind, "upper_kind", true, Raster::kPerUpper, Element::kU8, 0, nullptr, "kind of further surface",
      false},
 };
 
@@ -96,22 +134,24 @@ std::vector<std::uint8_t> fill_value(const LayerInfo& layer) {
   return bytes;
 }
 
-LayerShape layer_shape(const LayerInfo& layer, const CellBox& box) {
+LayerShape layer_shape(const LayerInfo& layer, const CellBox& box, std::size_t upper) {
+  if (layer.raster == Raster::kPerUpper) return {1, 1, upper};
   const std::size_t extra = layer.raster == Raster::kPerCorner ? 1 : 0;
   return {layer.raster == Raster::kPerTriangle ? std::size_t{kTriangles} : 1,
           static_cast<std::size_t>(box.rows()) + extra, static_cast<std::size_t>(box.cols()) + extra};
 }
 
-LayerShape chunk_shape(const LayerInfo& layer, const CellBox& box) {
+LayerShape chunk_shape(const LayerInfo& layer, const CellBox& box, std::size_t upper) {
+  if (layer.raster == Raster::kPerUpper) return {1, 1, std::min(upper, kChunkUpper)};
   const std::size_t limit = kChunkCells + (layer.raster == Raster::kPerCorner ? 1 : 0);
-  LayerShape s = layer_shape(layer, box);
+  LayerShape s = layer_shape(layer, box, upper);
   s.rows = std::min(s.rows, limit);
   s.cols = std::min(s.cols, limit);
   return s;
 }
 
 std::vector<std::uint8_t> gather(const LayerInfo& layer, const TerrainTile& tile) {
-  const LayerShape s = layer_shape(layer, tile.box);
+  const LayerShape s = layer_shape(layer, tile.box, 0);
   const auto squares = [&](auto value_of) {
     return
         [&, value_of](std::size_t, std::size_t row, std::size_t col) { return value_of(tile, flipped(s, row, col)); };
@@ -125,6 +165,16 @@ std::vector<std::uint8_t> gather(const LayerInfo& layer, const TerrainTile& tile
       return fill_raster<float>(s, squares(square_slope_deg));
     case LayerId::kClass:
       return fill_raster<std::uint8_t>(s, squares(square_class));
+    case LayerId::kGisRoughness:
+      return fill_raster<float>(s, squares(square_roughness_m));
+    case LayerId::kGisStep:
+      return fill_raster<float>(s, squares(square_step_m));
+    case LayerId::kGisClearance:
+      return fill_raster<float>(s, squares(square_clearance_m));
+    case LayerId::kGisCost:
+      return fill_raster<float>(s, squares(square_cost));
+    case LayerId::kUpperElevation:
+      return fill_raster<float>(s, squares(square_upper_m));
     case LayerId::kCornerHeight:
       return fill_raster<std::int32_t>(
           s, [&](std::size_t, std::size_t row, std::size_t col) { return tile.corner_mm[flipped(s, row, col)]; });
@@ -141,12 +191,25 @@ std::vector<std::uint8_t> gather(const LayerInfo& layer, const TerrainTile& tile
       return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.support; });
     case LayerId::kSd:
       return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.sd_mm; });
+    case LayerId::kTerrain:
+      return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.terrain_mm; });
+    case LayerId::kRoughness:
+      return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.roughness_mm; });
+    case LayerId::kStep:
+      return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.step_mm; });
+    case LayerId::kClearance:
+      return gather_nodes<std::uint16_t>(s, tile, [](const NodeSurface& n) { return n.clearance_mm; });
+    case LayerId::kCost:
+      return gather_nodes<std::uint8_t>(s, tile, [](const NodeSurface& n) { return n.cost; });
+    case LayerId::kSourceLevel:
+      return gather_nodes<std::uint8_t>(s, tile, [](const NodeSurface& n) { return n.source_level; });
+    default:
+      return {};  // lists
   }
-  return {};
 }
 
 void scatter(const LayerInfo& layer, std::span<const std::uint8_t> values, TerrainTile& tile) {
-  const LayerShape s = layer_shape(layer, tile.box);
+  const LayerShape s = layer_shape(layer, tile.box, 0);
   const auto nodes = [&](auto set) {
     return [&, set](std::size_t t, std::size_t row, std::size_t col, auto value) {
       set(tile.nodes[flipped(s, row, col) * kTriangles + t], value);
@@ -162,6 +225,9 @@ void scatter(const LayerInfo& layer, std::span<const std::uint8_t> values, Terra
         tile.centre_mm[flipped(s, row, col)] = v;
       });
     case LayerId::kState:
+      if (std::any_of(values.begin(), values.end(),
+                      [](std::uint8_t v) { return v > static_cast<std::uint8_t>(NodeState::kFilled); }))
+        throw Error(ErrorCode::kVerification, "layer tgf/state holds a value that is no state");
       return each_value<std::uint8_t>(s, values, nodes([](NodeSurface& n, std::uint8_t v) { n.state = NodeState{v}; }));
     case LayerId::kWeight:
       return each_value<std::uint8_t>(s, values, nodes([](NodeSurface& n, std::uint8_t v) { n.weight = v; }));
@@ -171,8 +237,20 @@ void scatter(const LayerInfo& layer, std::span<const std::uint8_t> values, Terra
       return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.support = v; }));
     case LayerId::kSd:
       return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.sd_mm = v; }));
+    case LayerId::kTerrain:
+      return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.terrain_mm = v; }));
+    case LayerId::kRoughness:
+      return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.roughness_mm = v; }));
+    case LayerId::kStep:
+      return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.step_mm = v; }));
+    case LayerId::kClearance:
+      return each_value<std::uint16_t>(s, values, nodes([](NodeSurface& n, std::uint16_t v) { n.clearance_mm = v; }));
+    case LayerId::kCost:
+      return each_value<std::uint8_t>(s, values, nodes([](NodeSurface& n, std::uint8_t v) { n.cost = v; }));
+    case LayerId::kSourceLevel:
+      return each_value<std::uint8_t>(s, values, nodes([](NodeSurface& n, std::uint8_t v) { n.source_level = v; }));
     default:
-      return;  // GIS layers follow from these
+      return;  // GIS layers follow from these; lists
   }
 }
 
@@ -211,13 +289,56 @@ float square_slope_deg(const TerrainTile& tile, std::size_t cell) {
 }
 
 std::uint8_t square_class(const TerrainTile& tile, std::size_t cell) {
-  constexpr NodeState kByRank[] = {NodeState::kUnknown, NodeState::kPredicted, NodeState::kObserved,
+  constexpr NodeState kByRank[] = {NodeState::kUnknown, NodeState::kFilled, NodeState::kPredicted, NodeState::kObserved,
                                    NodeState::kObstacle};
-  constexpr std::uint8_t kRank[] = {0, 2, 1, 3};  // of a state
+  constexpr std::uint8_t kRank[] = {0, 3, 2, 4, 1};  // of a state
   std::uint8_t rank = 0;
   for (std::size_t t = 0; t < kTriangles; ++t)
-    rank = std::max(rank, kRank[static_cast<std::uint8_t>(tile.nodes[cell * kTriangles + t].state) & 3]);
+    rank = std::max(rank, kRank[static_cast<std::uint8_t>(tile.nodes[cell * kTriangles + t].state)]);
   return static_cast<std::uint8_t>(kByRank[rank]);
+}
+
+namespace {
+
+float greatest_m(const TerrainTile& tile, std::size_t cell, std::uint16_t NodeSurface::*length_mm) {
+  int greatest_mm = -1;
+  for (std::size_t t = 0; t < kTriangles; ++t) {
+    const NodeSurface& node = tile.nodes[cell * kTriangles + t];
+    if (node.state != NodeState::kUnknown) greatest_mm = std::max<int>(greatest_mm, node.*length_mm);
+  }
+  return greatest_mm < 0 ? kNothing : static_cast<float>(greatest_mm / 1000.0);
+}
+
+}  // namespace
+
+float square_roughness_m(const TerrainTile& tile, std::size_t cell) {
+  return greatest_m(tile, cell, &NodeSurface::roughness_mm);
+}
+
+float square_step_m(const TerrainTile& tile, std::size_t cell) { return greatest_m(tile, cell, &NodeSurface::step_mm); }
+
+float square_clearance_m(const TerrainTile& tile, std::size_t cell) {
+  std::uint16_t least_mm = kNothingAbove;
+  for (std::size_t t = 0; t < kTriangles; ++t)
+    least_mm = std::min(least_mm, tile.nodes[cell * kTriangles + t].clearance_mm);
+  return least_mm == kNothingAbove ? kNothing : static_cast<float>(least_mm / 1000.0);
+}
+
+float square_cost(const TerrainTile& tile, std::size_t cell) {
+  std::uint8_t greatest = 0;
+  for (std::size_t t = 0; t < kTriangles; ++t) greatest = std::max(greatest, tile.nodes[cell * kTriangles + t].cost);
+  return greatest == kNotTraversable ? kNothing : static_cast<float>(greatest / 254.0);
+}
+
+float square_upper_m(const TerrainTile& tile, std::size_t cell) {
+  if (tile.upper.empty()) return kNothing;
+  const auto before = [](const UpperNode& u, std::size_t node) { return u.node < node; };
+  auto it = std::lower_bound(tile.upper.begin(), tile.upper.end(), cell * kTriangles, before);
+  const auto end = std::lower_bound(it, tile.upper.end(), (cell + 1) * kTriangles, before);
+  if (it == end) return kNothing;
+  std::int32_t lowest_mm = it->z_mm;
+  for (; it != end; ++it) lowest_mm = std::min(lowest_mm, it->z_mm);
+  return static_cast<float>(lowest_mm / 1000.0);
 }
 
 double arctan_deg(double t) {

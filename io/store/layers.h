@@ -19,6 +19,11 @@ enum class LayerId : std::uint8_t {
   kElevationSd,
   kSlope,
   kClass,
+  kGisRoughness,
+  kGisStep,
+  kGisClearance,
+  kGisCost,
+  kUpperElevation,
   // Group tgf, the whole model in integers.
   kCornerHeight,
   kCentreHeight,
@@ -27,12 +32,30 @@ enum class LayerId : std::uint8_t {
   kCount,
   kSupport,
   kSd,
+  kTerrain,
+  kRoughness,
+  kStep,
+  kClearance,
+  kCost,
+  kSourceLevel,
+  // Group tgf, one value a further surface; only in shards that have any.
+  kUpper,
+  kUpperHeight,
+  kUpperSlopeX,
+  kUpperSlopeY,
+  kUpperSd,
+  kUpperCount,
+  kUpperKind,
 };
 
-enum class Element : std::uint8_t { kF32, kI32, kU16, kU8 };
-constexpr std::size_t element_bytes(Element e) { return e == Element::kU8 ? 1 : e == Element::kU16 ? 2 : 4; }
+enum class Element : std::uint8_t { kF32, kI32, kI16, kU16, kU8 };
+constexpr std::size_t element_bytes(Element e) {
+  return e == Element::kU8 ? 1 : e == Element::kU16 || e == Element::kI16 ? 2 : 4;
+}
 
-enum class Raster : std::uint8_t { kPerSquare, kPerTriangle, kPerCorner };  // (y, x), (tri, y, x), (y_corner, x_corner)
+// (y, x), (tri, y, x), (y_corner, x_corner), (upper)
+enum class Raster : std::uint8_t { kPerSquare, kPerTriangle, kPerCorner, kPerUpper };
+constexpr int dimensions(Raster r) { return r == Raster::kPerTriangle ? 3 : r == Raster::kPerUpper ? 1 : 2; }
 
 struct LayerInfo {
   LayerId id;
@@ -51,18 +74,20 @@ std::span<const LayerInfo> layer_table();
 // Bytes of one element as HDF5 wants its fill value, and equal to _FillValue where there is one.
 std::vector<std::uint8_t> fill_value(const LayerInfo& layer);
 
-// Extent of a layer over a box of cells: planes (4 for triangles, else 1), rows, columns.
+// Extent of a layer over a box of cells with `upper` further surfaces: planes (4 for triangles, else 1), rows, columns.
+// A list is one row.
 struct LayerShape {
   std::size_t planes = 1, rows = 0, cols = 0;
   std::size_t elements() const { return planes * rows * cols; }
 };
-LayerShape layer_shape(const LayerInfo& layer, const CellBox& box);
-// Extent of its chunks: all planes of up to 128 x 128 squares (129 x 129 corners).
-LayerShape chunk_shape(const LayerInfo& layer, const CellBox& box);
+LayerShape layer_shape(const LayerInfo& layer, const CellBox& box, std::size_t upper);
+// Extent of its chunks: all planes of up to 128 x 128 squares (129 x 129 corners), or 2^16 further surfaces.
+LayerShape chunk_shape(const LayerInfo& layer, const CellBox& box, std::size_t upper);
 
-// The layer's raster, little-endian.
+// The layer's raster, little-endian. Not for lists (upper_layers.h).
 std::vector<std::uint8_t> gather(const LayerInfo& layer, const TerrainTile& tile);
-// The way back, for the layers in tgf. Precondition: values.size() fits the tile's box.
+// The way back, for the rasters in tgf. Precondition: values.size() fits the tile's box. Throws Error(kVerification)
+// for a state there is none of.
 void scatter(const LayerInfo& layer, std::span<const std::uint8_t> values, TerrainTile& tile);
 
 // What GIS programs see: one value a square, derived from the stored integers alone. `cell` is the index of the square
@@ -74,8 +99,19 @@ float square_elevation_m(const TerrainTile& tile, std::size_t cell);
 float square_sd_m(const TerrainTile& tile, std::size_t cell);
 // The steepest of the triangles that have a surface.
 float square_slope_deg(const TerrainTile& tile, std::size_t cell);
-// NodeState of the square: obstacle if any triangle is one, else observed if any is, else predicted, else unknown.
+// NodeState of the square: obstacle if any triangle is one, else observed if any is, else predicted, else filled, else
+// unknown.
 std::uint8_t square_class(const TerrainTile& tile, std::size_t cell);
+// The greatest of the triangles that have a surface.
+float square_roughness_m(const TerrainTile& tile, std::size_t cell);
+float square_step_m(const TerrainTile& tile, std::size_t cell);
+// The least of the triangles; NaN where nothing was seen above any.
+float square_clearance_m(const TerrainTile& tile, std::size_t cell);
+// The greatest of the triangles, 0 to 1; NaN where any is not traversable, so that programs that look for the cheapest
+// way go round it.
+float square_cost(const TerrainTile& tile, std::size_t cell);
+// The lowest further surface over the square's centre.
+float square_upper_m(const TerrainTile& tile, std::size_t cell);
 
 // Degrees of the arc tangent of t >= 0, within 1e-6 degrees.
 double arctan_deg(double t);

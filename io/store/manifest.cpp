@@ -136,7 +136,10 @@ MapLayout parse_layout(const Json& object) {
 Manifest parse_head(const Json& root) {
   if (text_member(root, "format") != kFormat) bad("not a B-TMS map");
   const std::int64_t version = integer_member(root, "schema_version", 1, kMaxInt64);
-  if (version != kSchemaVersion)
+  if (version < kSchemaVersion)
+    bad("this map was made by an older program (schema version " + std::to_string(version) + ", now " +
+        std::to_string(kSchemaVersion) + "); build it again from its points");
+  if (version > kSchemaVersion)
     bad("schema version " + std::to_string(version) + ", this program reads " + std::to_string(kSchemaVersion));
   Manifest m;
   m.info.revision = static_cast<std::uint64_t>(integer_member(root, "revision", 1, kMaxInt64));

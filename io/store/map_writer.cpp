@@ -9,6 +9,7 @@
 #include "io/store/map_nc.h"
 #include "io/store/shard_assembly.h"
 #include "io/store/shard_file.h"
+#include "io/store/upper_layers.h"
 
 namespace btms {
 namespace {
@@ -109,6 +110,8 @@ class FolderWriter final : public MapWriter {
         tile.box.intersect(layout_.grid.box_of(id)) != (tile.box.empty() ? CellBox{} : tile.box) ||
         tile.box.cells() > kMaxShardCells)
       throw Error(ErrorCode::kFailed, "tile " + tile_text(id) + " doesn't belong to this map's lattice");
+    if (!is_sound_list(tile.upper, tile.box))
+      throw Error(ErrorCode::kFailed, "tile " + tile_text(id) + " lists its further surfaces out of order");
     const TileId shard = shard_of(layout_, id);
     std::vector<PlacedTile> complete;
     {

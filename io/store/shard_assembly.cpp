@@ -35,6 +35,18 @@ void copy_corners(const TerrainTile& from, TerrainTile& to, const CellBox& box) 
             static_cast<std::size_t>(box.cols()) + 1, static_cast<std::size_t>(box.rows()) + 1);
 }
 
+// Adds the further surfaces over `box`, which lies inside both; their order is left to the caller.
+void copy_upper(const TerrainTile& from, TerrainTile& to, const CellBox& box) {
+  for (UpperNode u : from.upper) {
+    const std::uint32_t cell = u.node / kTriangles, cols = static_cast<std::uint32_t>(from.box.cols());
+    const Cell c{from.box.col0 + static_cast<std::int32_t>(cell % cols),
+                 from.box.row0 + static_cast<std::int32_t>(cell / cols)};
+    if (!box.contains(c)) continue;
+    u.node = static_cast<std::uint32_t>(to.cell_index(c)) * kTriangles + u.node % kTriangles;
+    to.upper.push_back(u);
+  }
+}
+
 // Cells belong to one tile each, corners to up to four. A tile leaves out the heights none of its own nodes needs, so
 // whoever knows a height says it; two that know it must agree.
 void join_corners(TileId id, const TerrainTile& from, TerrainTile& whole) {
@@ -59,8 +71,12 @@ TerrainTile assemble(std::vector<PlacedTile>&& tiles) {
   TerrainTile whole(tiles.front().second.resolution_mm, hull);
   for (const auto& [id, tile] : tiles) {
     copy_cells(tile, whole, tile.box);
+    copy_upper(tile, whole, tile.box);
     join_corners(id, tile, whole);
   }
+  // Each tile's part ascends; nodes of one tile only meet those of others.
+  std::stable_sort(whole.upper.begin(), whole.upper.end(),
+                   [](const UpperNode& a, const UpperNode& b) { return a.node < b.node; });
   return whole;
 }
 
@@ -68,6 +84,7 @@ TerrainTile cut(const TerrainTile& tile, const CellBox& box) {
   TerrainTile part(tile.resolution_mm, box);
   copy_cells(tile, part, box);
   copy_corners(tile, part, box);
+  copy_upper(tile, part, box);
   return part;
 }
 

@@ -7,6 +7,7 @@
 #include "io/store/cf_file.h"
 #include "io/store/chunk_codec.h"
 #include "io/store/hash.h"
+#include "io/store/upper_layers.h"
 
 namespace btms {
 namespace {
@@ -45,9 +46,10 @@ struct Chunk {
 };
 
 // Chunks that hold nothing but the fill value are left out: HDF5 reads unwritten chunks as fill.
-std::vector<Chunk> encode_layer(const LayerInfo& layer, const CellBox& box, std::span<const std::uint8_t> raster,
+std::vector<Chunk> encode_layer(const LayerInfo& layer, const TerrainTile& tile, std::span<const std::uint8_t> raster,
                                 ChunkEncoder& encoder) {
-  const LayerShape shape = layer_shape(layer, box), chunk = chunk_shape(layer, box);
+  const LayerShape shape = layer_shape(layer, tile.box, tile.upper.size());
+  const LayerShape chunk = chunk_shape(layer, tile.box, tile.upper.size());
   const std::size_t element = element_bytes(layer.element);
   std::vector<std::uint8_t> empty(chunk.elements() * element), values;
   fill_with(empty, fill_value(layer));
@@ -64,14 +66,15 @@ std::vector<Chunk> encode_layer(const LayerInfo& layer, const CellBox& box, std:
 
 std::array<hsize_t, 3> offsets(const LayerInfo& layer, std::size_t row0, std::size_t col0) {
   if (layer.raster == Raster::kPerTriangle) return {0, row0, col0};
+  if (layer.raster == Raster::kPerUpper) return {col0, 0, 0};
   return {row0, col0, 0};
 }
 
-void set_filters(const LayerInfo& layer, const CellBox& box, hid_t properties) {
-  const LayerShape c = chunk_shape(layer, box);
+void set_filters(const LayerInfo& layer, const TerrainTile& tile, hid_t properties) {
+  const LayerShape c = chunk_shape(layer, tile.box, tile.upper.size());
   const std::array<hsize_t, 3> extent{c.planes, c.rows, c.cols};
-  const bool planes = layer.raster == Raster::kPerTriangle;
-  hdf5_check(H5Pset_chunk(properties, planes ? 3 : 2, extent.data() + (planes ? 0 : 1)), "set chunks");
+  const int rank = dimensions(layer.raster);
+  hdf5_check(H5Pset_chunk(properties, rank, extent.data() + (3 - rank)), "set chunks");
   if (element_bytes(layer.element) > 1) hdf5_check(H5Pset_shuffle(properties), "set shuffle");
   hdf5_check(H5Pset_deflate(properties, kDeflateLevel), "set deflate");
   hdf5_check(H5Pset_fletcher32(properties), "set fletcher32");
@@ -81,11 +84,30 @@ void set_filters(const LayerInfo& layer, const CellBox& box, hid_t properties) {
 
 std::string dataset_name(const LayerInfo& layer) { return std::string(layer.in_tgf ? "tgf/" : "") + layer.name; }
 
-// The stored layer; damaged() when it has not the shape it has over `box`.
-Hdf5Dataset open_layer(hid_t file, const LayerInfo& layer, const CellBox& box) {
+// Entries of the lists of further surfaces: 0 where the shard has none. Every entry takes at least a bit of its file,
+// whatever deflate does.
+std::size_t count_upper(hid_t file, std::size_t file_bytes) {
+  const htri_t exists = hdf5_check(H5Lexists(file, "tgf/upper", H5P_DEFAULT), "look for a list");
+  if (exists == 0) return 0;
+  const Hdf5Dataset data(H5Dopen2(file, "tgf/upper", H5P_DEFAULT), "open a list");
+  const Hdf5Space space(H5Dget_space(data.get()), "read a list's extent");
+  const hssize_t n = hdf5_check(H5Sget_simple_extent_npoints(space.get()), "read a list's extent");
+  if (n < 1 || static_cast<std::size_t>(n) / 256 > file_bytes) damaged("list tgf/upper has an impossible length");
+  return static_cast<std::size_t>(n);
+}
+
+// What a stored layer covers.
+struct Extent {
+  CellBox box;
+  std::size_t upper;
+  bool has(const LayerInfo& layer) const { return layer.in_tgf && (layer.raster != Raster::kPerUpper || upper > 0); }
+};
+
+// The stored layer; damaged() when it has not the shape it should have.
+Hdf5Dataset open_layer(hid_t file, const LayerInfo& layer, const Extent& extent) {
   Hdf5Dataset data(H5Dopen2(file, dataset_name(layer).c_str(), H5P_DEFAULT), "open a layer");
   const Hdf5Space space(H5Dget_space(data.get()), "read a layer's extent");
-  const Hdf5Space expected = layer_space(layer, layer_shape(layer, box));
+  const Hdf5Space expected = layer_space(layer, layer_shape(layer, extent.box, extent.upper));
   const Hdf5Type type(H5Dget_type(data.get()), "read a layer's type");
   if (hdf5_check(H5Sextent_equal(space.get(), expected.get()), "compare extents") == 0 ||
       H5Tget_size(type.get()) != element_bytes(layer.element))
@@ -94,10 +116,12 @@ Hdf5Dataset open_layer(hid_t file, const LayerInfo& layer, const CellBox& box) {
 }
 
 // The stored layer's raster; damaged() when it is not what encode_layer would have written.
-std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const CellBox& box, ChunkDecoder& decoder) {
-  Hdf5Dataset data = open_layer(file, layer, box);
+std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const Extent& extent,
+                                       ChunkDecoder& decoder) {
+  Hdf5Dataset data = open_layer(file, layer, extent);
   const std::string name = dataset_name(layer);
-  const LayerShape shape = layer_shape(layer, box), chunk = chunk_shape(layer, box);
+  const LayerShape shape = layer_shape(layer, extent.box, extent.upper);
+  const LayerShape chunk = chunk_shape(layer, extent.box, extent.upper);
   const std::size_t element = element_bytes(layer.element);
   std::vector<std::uint8_t> raster(shape.elements() * element), values(chunk.elements() * element), stored;
   fill_with(raster, fill_value(layer));
@@ -125,18 +149,21 @@ std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const
 EncodedShard encode_shard(const TerrainTile& tile, const std::optional<Crs>& crs) {
   EncodedShard shard;
   ChunkEncoder encoder;
-  std::vector<std::vector<Chunk>> chunks;
+  const std::vector<ListedUpper> listed = list_upper(tile);
+  std::vector<std::pair<const LayerInfo*, std::vector<Chunk>>> encoded;
   for (const LayerInfo& layer : layer_table()) {
-    const std::vector<std::uint8_t> raster = gather(layer, tile);
+    const bool list = layer.raster == Raster::kPerUpper;
+    if (list && listed.empty()) continue;
+    const std::vector<std::uint8_t> raster = list ? gather_upper(layer, listed) : gather(layer, tile);
     if (layer.in_tgf) shard.values_xxh3 = xxh3_64(raster, shard.values_xxh3);
-    chunks.push_back(encode_layer(layer, tile.box, raster, encoder));
+    encoded.emplace_back(&layer, encode_layer(layer, tile, raster, encoder));
   }
 
-  CfFile file(tile.box, tile.resolution_mm, crs);
-  for (std::size_t i = 0; i < chunks.size(); ++i) {
-    const LayerInfo& layer = layer_table()[i];
-    Hdf5Dataset data = file.add_layer(layer, [&](hid_t p) { set_filters(layer, tile.box, p); });
-    for (const Chunk& c : chunks[i])
+  CfFile file(tile.box, tile.upper.size(), tile.resolution_mm, crs);
+  for (const auto& [info, chunks] : encoded) {
+    const LayerInfo& layer = *info;
+    Hdf5Dataset data = file.add_layer(layer, [&](hid_t p) { set_filters(layer, tile, p); });
+    for (const Chunk& c : chunks)
       hdf5_check(H5Dwrite_chunk(data.get(), H5P_DEFAULT, 0, offsets(layer, c.row0, c.col0).data(), c.bytes.size(),
                                 c.bytes.data()),
                  "write a chunk");
@@ -153,17 +180,23 @@ TerrainTile decode_shard(std::span<const std::uint8_t> bytes, std::int32_t resol
     Hdf5File file = open_image(bytes);
     ChunkDecoder decoder;
     // All shapes before the first allocation: the box is only the manifest's claim.
+    const Extent extent{box, count_upper(file.get(), bytes.size())};
     for (const LayerInfo& layer : layer_table())
-      if (layer.in_tgf) open_layer(file.get(), layer, box).close();
+      if (extent.has(layer)) open_layer(file.get(), layer, extent).close();
     TerrainTile tile(resolution_mm, box);
+    std::vector<ListedUpper> listed(extent.upper);
     std::uint64_t hash = 0;
     for (const LayerInfo& layer : layer_table()) {
-      if (!layer.in_tgf) continue;
-      const std::vector<std::uint8_t> raster = decode_layer(file.get(), layer, box, decoder);
+      if (!extent.has(layer)) continue;
+      const std::vector<std::uint8_t> raster = decode_layer(file.get(), layer, extent, decoder);
       hash = xxh3_64(raster, hash);
-      scatter(layer, raster, tile);
+      if (layer.raster == Raster::kPerUpper)
+        scatter_upper(layer, raster, listed);
+      else
+        scatter(layer, raster, tile);
     }
     file.close();
+    tile.upper = unlist_upper(std::move(listed), box);
     if (hash != values_xxh3) damaged("values hash to " + hex64(hash) + ", the manifest says " + hex64(values_xxh3));
     return tile;
   } catch (const Error& e) {

@@ -17,6 +17,7 @@ Parameters small_nodes(CompletionNormals normals, NodeModel model) {
   p.kernel_radius = 2.5;
   p.completion_normals = normals;
   p.node_model = model;
+  p.vehicle_width_m = 5;  // reaches two squares
   return p;
 }
 

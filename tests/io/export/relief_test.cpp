@@ -80,11 +80,45 @@ TEST(Relief, TrianglesAreWhereTheyAre) {
   EXPECT_EQ(p.at(5, 10), state_colour(NodeState::kObserved));
 }
 
+TEST(Relief, LayersColourWhatTheyMeasure) {
+  const TemporaryFolder temporary;
+  const MapLayout layout = layout_of(2000, 128);
+  TerrainTile tile(2000, {0, 0, 40, 30});
+  std::fill(tile.corner_mm.begin(), tile.corner_mm.end(), 5000);
+  std::fill(tile.centre_mm.begin(), tile.centre_mm.end(), 5000);
+  for (std::size_t i = 0; i < tile.nodes.size(); ++i) {
+    const bool west = i / kTriangles % 40 < 20;
+    tile.nodes[i].state = NodeState::kObserved;
+    tile.nodes[i].cost = west ? 127 : kNotTraversable;
+    tile.nodes[i].step_mm = west ? 0 : 500;
+    tile.nodes[i].roughness_mm = west ? 100 : 0;
+    tile.nodes[i].clearance_mm = west ? 3000 : kNothingAbove;
+  }
+  MemoryMap map(layout);
+  map.put({0, 0}, std::move(tile));
+  const auto half = ramp_colour(127 / 254.0);
+  const auto drawn = [&](const char* name) {
+    write_relief(map, temporary / "a.png", 1600, picture_layer(name));
+    const Picture p = read_png(temporary / "a.png");
+    return std::pair{p.at(p.width() / 2 - 200, 5), p.at(p.width() / 2 + 200, 5)};
+  };
+  EXPECT_EQ(drawn("cost").first, half);
+  EXPECT_EQ(drawn("cost").second, picture_layer("cost").exceptions.at(0).colour);
+  EXPECT_EQ(drawn("step"), std::pair(ramp_colour(0), ramp_colour(1)));
+  EXPECT_EQ(drawn("slope"), std::pair(ramp_colour(0), ramp_colour(0)));
+  EXPECT_EQ(drawn("roughness"), std::pair(half, ramp_colour(0)));
+  EXPECT_EQ(drawn("clearance").first, half);
+  EXPECT_EQ(drawn("clearance").second, picture_layer("clearance").exceptions.at(0).colour);
+  EXPECT_EQ(drawn("state"), std::pair(state_colour(NodeState::kObserved), state_colour(NodeState::kObserved)));
+  EXPECT_EQ(thrown_code([] { picture_layer("beauty"); }), ErrorCode::kUsage);
+}
+
 TEST(Relief, SlopesTowardsTheLightAreBright) {
-  const Rgb level = shaded(NodeState::kObserved, {}, 1);
+  const Rgb level = shaded(state_colour(NodeState::kObserved), {}, 1);
   EXPECT_EQ(level, state_colour(NodeState::kObserved));
-  EXPECT_GT(shaded(NodeState::kObserved, {0.2, -0.2}, 1).g, level.g);  // rises to the south-east, faces north-west
-  EXPECT_LT(shaded(NodeState::kObserved, {-0.2, 0.2}, 1).g, level.g);
+  EXPECT_GT(shaded(state_colour(NodeState::kObserved), {0.2, -0.2}, 1).g,
+            level.g);  // rises to the south-east, faces north-west
+  EXPECT_LT(shaded(state_colour(NodeState::kObserved), {-0.2, 0.2}, 1).g, level.g);
 }
 
 TEST(Relief, GradientsOfAllTrianglesOfAPlaneAreEqual) {

@@ -85,9 +85,10 @@ TEST_F(DamagedMap, ChangedManifestsFailVerification) {
 TEST_F(DamagedMap, ForgedManifestsAreBadInput) {
   const std::pair<const char*, const char*> kForgeries[] = {
       {"\"format\":\"btms-map\"", "\"format\":\"other\""},
-      {"\"schema_version\":1", "\"schema_version\":2"},
-      {"\"schema_version\":1", "\"schema_version\":1.5"},
-      {"\"schema_version\":1", "\"schema_version\":\"1\""},
+      {"\"schema_version\":2", "\"schema_version\":1"},
+      {"\"schema_version\":2", "\"schema_version\":3"},
+      {"\"schema_version\":2", "\"schema_version\":1.5"},
+      {"\"schema_version\":2", "\"schema_version\":\"2\""},
       {"\"revision\":", "\"revision\":-"},
       {"\"resolution_mm\":2000", "\"resolution_mm\":0"},
       {"\"resolution_mm\":2000", "\"resolution_mm\":2001"},
@@ -116,6 +117,16 @@ TEST_F(DamagedMap, ForgedManifestsAreBadInput) {
   for (const auto& [from, to] : kForgeries) {
     forge(from, to);
     EXPECT_EQ(open_code(), ErrorCode::kBadInput) << from << " -> " << to;
+  }
+}
+
+TEST_F(DamagedMap, AMapOfAnOlderProgramIsToBeBuiltAgain) {
+  forge("\"schema_version\":2", "\"schema_version\":1");
+  try {
+    MapReader::open(folder_);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("build it again"), std::string::npos) << e.what();
   }
 }
 

@@ -33,6 +33,9 @@ TEST(GisLayers, ClassAndDeviationOfASquare) {
   TerrainTile tile(2000, {0, 0, 1, 1});
   EXPECT_EQ(square_class(tile, 0), 0);
   EXPECT_TRUE(std::isnan(square_sd_m(tile, 0)));
+  tile.nodes[3].state = NodeState::kFilled;
+  EXPECT_EQ(square_class(tile, 0), 4);
+  tile.nodes[3].state = NodeState::kUnknown;
   tile.nodes[0] = {NodeState::kPredicted, 0, 0, 0, 100};
   EXPECT_EQ(square_class(tile, 0), 2);
   tile.nodes[1] = {NodeState::kObserved, 0, 0, 0, 200};
@@ -40,6 +43,32 @@ TEST(GisLayers, ClassAndDeviationOfASquare) {
   EXPECT_FLOAT_EQ(square_sd_m(tile, 0), 0.15f);
   tile.nodes[2] = {NodeState::kObstacle, 0, 0, 0, 0};
   EXPECT_EQ(square_class(tile, 0), 3);
+}
+
+TEST(GisLayers, TheWorstTriangleSpeaksForItsSquare) {
+  TerrainTile tile(2000, {0, 0, 2, 1});
+  for (const auto value : {square_roughness_m, square_step_m, square_clearance_m, square_cost, square_upper_m})
+    EXPECT_TRUE(std::isnan(value(tile, 0)));
+  for (std::size_t t = 0; t < kTriangles; ++t) {
+    NodeSurface& node = tile.nodes[t];
+    const auto n = static_cast<std::uint16_t>(t);
+    node.state = NodeState::kObserved;
+    node.roughness_mm = static_cast<std::uint16_t>(10 * n);
+    node.step_mm = static_cast<std::uint16_t>(1000 + 100 * n);
+    node.cost = static_cast<std::uint8_t>(127 - n);
+  }
+  EXPECT_FLOAT_EQ(square_roughness_m(tile, 0), 0.03f);
+  EXPECT_FLOAT_EQ(square_step_m(tile, 0), 1.3f);
+  EXPECT_TRUE(std::isnan(square_clearance_m(tile, 0)));
+  EXPECT_FLOAT_EQ(square_cost(tile, 0), 0.5f);
+  tile.nodes[2].clearance_mm = 2500;
+  tile.nodes[3].clearance_mm = 4000;
+  EXPECT_FLOAT_EQ(square_clearance_m(tile, 0), 2.5f);
+  tile.nodes[1].cost = kNotTraversable;
+  EXPECT_TRUE(std::isnan(square_cost(tile, 0)));
+  tile.upper = {{1, 8000}, {1, 9000}, {3, 7000}, {4, 1000}};
+  EXPECT_FLOAT_EQ(square_upper_m(tile, 0), 7);
+  EXPECT_FLOAT_EQ(square_upper_m(tile, 1), 1);
 }
 
 TEST(ChunkCodec, ReadsBackAndNoticesDamage) {

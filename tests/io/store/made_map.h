@@ -38,9 +38,18 @@ inline TerrainTile noisy_tile(const MapLayout& layout, const CellBox& box) {
       tile.centre_mm[cell] = height(col, row, 2);
       for (std::uint64_t t = 0; t < kTriangles; ++t) {
         const std::uint64_t n = noise(col, row, 3 + t);
-        tile.nodes[cell * kTriangles + t] = {NodeState{static_cast<std::uint8_t>(n & 3)},
-                                             static_cast<std::uint8_t>(n >> 2), static_cast<std::uint16_t>(n >> 10),
-                                             static_cast<std::uint16_t>(n >> 26), static_cast<std::uint16_t>(n >> 42)};
+        const std::uint64_t m = noise(col, row, 7 + t), k = noise(col, row, 11 + t);
+        const auto u8 = [](std::uint64_t v) { return static_cast<std::uint8_t>(v); };
+        const auto u16 = [](std::uint64_t v) { return static_cast<std::uint16_t>(v); };
+        tile.nodes[cell * kTriangles + t] = {NodeState{u8(n % 5)}, u8(n >> 2),  u16(n >> 10), u16(n >> 26),
+                                             u16(n >> 42),         u16(m),      u16(m >> 16), u16(m >> 32),
+                                             u16(m >> 48),         u8(k >> 16), u8(k >> 24)};
+        // None, one or a few further surfaces, two of them at one height now and then.
+        for (std::uint64_t i = 0; i < k % 37 % 4; ++i)
+          tile.upper.push_back({static_cast<std::uint32_t>(cell * kTriangles + t),
+                                static_cast<std::int32_t>(i / 2 * 1000) - (1 << 27), static_cast<std::int16_t>(k >> 32),
+                                static_cast<std::int16_t>(m >> 8), u16(n >> 5), u16(i),
+                                k % 2 == 0 ? UpperKind::kReachable : UpperKind::kDetached});
       }
     }
   return tile;

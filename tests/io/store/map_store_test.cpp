@@ -40,6 +40,7 @@ TEST_P(MapStoreShapes, ReadsBackBitExactly) {
     EXPECT_EQ(loaded->corner_mm, tile.corner_mm);
     EXPECT_EQ(loaded->centre_mm, tile.centre_mm);
     EXPECT_EQ(loaded->nodes, tile.nodes);
+    EXPECT_EQ(loaded->upper, tile.upper);
   }
   EXPECT_EQ(map->tiles(), ids);
   EXPECT_EQ(map->info().digest, sum);

@@ -1,0 +1,98 @@
+#include "engine/model/traversability.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/terrain/trigonometry.h"
+
+namespace btms {
+namespace {
+
+struct Point {
+  std::int64_t x, y;
+};
+constexpr Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y}; }
+constexpr std::int64_t dot(Point a, Point b) { return a.x * b.x + a.y * b.y; }
+
+// Whether p is within `reach` of the segment ab, in exact integers; `unit` scales coordinates to the unit of `reach`.
+bool within(Point p, Point a, Point b, std::int64_t unit, std::int64_t reach) {
+  const Point d = b - a, v = p - a;
+  const std::int64_t along = dot(v, d), length2 = dot(d, d), limit = reach * reach;
+  if (along <= 0) return dot(v, v) * unit * unit <= limit;
+  if (along >= length2) return dot(p - b, p - b) * unit * unit <= limit;
+  const std::int64_t across = v.x * d.y - v.y * d.x;
+  return across * across * unit * unit <= limit * length2;
+}
+
+// Nodes within width / 2 of the centroid of `triangle`. Positions are in r/6 from the centre of its square: centroids
+// and corners are whole.
+std::vector<NodeOffset> nodes_under(std::uint8_t triangle, std::int32_t rings, std::int64_t r_mm,
+                                    std::int64_t width_mm) {
+  const Point p{centroid_x3(triangle, 2), centroid_y3(triangle, 2)};
+  std::vector<NodeOffset> out;
+  for (std::int32_t row = -rings; row <= rings; ++row)
+    for (std::int32_t col = -rings; col <= rings; ++col)
+      for (std::uint8_t t = 0; t < kTriangles; ++t) {
+        const auto rel = triangle_corners(t);
+        const auto corner = [&](int k) {
+          return Point{3 * (rel[static_cast<std::size_t>(k)].x - 1) + 6 * col,
+                       3 * (rel[static_cast<std::size_t>(k)].y - 1) + 6 * row};
+        };
+        const bool own = row == 0 && col == 0 && t == triangle;
+        // width / 2 in millimetres is 3 width in units of r/6, times r.
+        if (own || within(p, corner(0), corner(1), r_mm, 3 * width_mm) ||
+            within(p, corner(1), corner(2), r_mm, 3 * width_mm) || within(p, corner(2), corner(0), r_mm, 3 * width_mm))
+          out.push_back({static_cast<std::int8_t>(col), static_cast<std::int8_t>(row), t});
+      }
+  return out;
+}
+
+}  // namespace
+
+std::uint16_t step_mm(std::uint8_t triangle, const NodeCorners& own,
+                      const std::array<const NodeCorners*, kNeighbours>& around) {
+  const FinalPlane plane = FinalPlane::through(triangle, own.mm);
+  auto [low, high] = std::minmax({own.mm[0], own.mm[1], own.mm[2]});
+  std::int64_t above = 0, below = 0;  // twice the greatest distances
+  for (std::size_t k = 0; k < kNeighbours; ++k) {
+    const NodeCorners& near = *around[k];
+    if (!near.known()) continue;
+    const NodeOffset o = kNeighbourTable[triangle][k];
+    const auto rel = triangle_corners(o.triangle);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::int64_t x = rel[c].x + 2 * o.col - 1, y = rel[c].y + 2 * o.row - 1;  // r/2 from the square's centre
+      const std::int64_t off = 2 * (near.mm[c] - plane.centre_mm) - plane.rise_x_mm * x - plane.rise_y_mm * y;
+      above = std::max(above, off);
+      below = std::max(below, -off);
+      low = std::min(low, near.mm[c]);
+      high = std::max(high, near.mm[c]);
+    }
+  }
+  const std::int64_t step = std::min({above, below, std::int64_t{high} - low});
+  return static_cast<std::uint16_t>(std::min<std::int64_t>((step + 5) / 10 * 10, 65530));
+}
+
+Vehicle::Vehicle(const Parameters& p)
+    : steepest_rise_mm_(resolution_mm(p) * sine(radians(p.vehicle_max_slope_deg)) /
+                        cosine(radians(p.vehicle_max_slope_deg))),
+      highest_step_mm_(p.vehicle_max_step_m * 1000),
+      height_mm_(p.vehicle_height_m * 1000) {
+  const std::int64_t r_mm = resolution_mm(p);
+  const auto width_mm = static_cast<std::int64_t>(std::floor(p.vehicle_width_m * 1000 + 0.5));
+  // A centroid lies at least r/6 inside its square.
+  const std::int64_t sixths = 3 * width_mm - r_mm;
+  if (sixths >= 0) rings_ = static_cast<std::int32_t>(sixths / (6 * r_mm) + 1);
+  for (std::uint8_t t = 0; t < kTriangles; ++t) footprint_[t] = nodes_under(t, rings_, r_mm, width_mm);
+}
+
+std::uint8_t Vehicle::cost(const NodeSurface& node, const FinalPlane& plane) const {
+  if (node.state != NodeState::kObserved && node.state != NodeState::kPredicted) return kNotTraversable;
+  if (node.clearance_mm != kNothingAbove && node.clearance_mm < height_mm_) return kNotTraversable;
+  const double slope = std::sqrt(static_cast<double>(plane.rise2_mm2())) / steepest_rise_mm_;
+  const double step = node.step_mm / highest_step_mm_;
+  if (slope > 1 || step > 1) return kNotTraversable;
+  const double rough = std::min(1.0, 2 * node.roughness_mm / highest_step_mm_);
+  return static_cast<std::uint8_t>(254 * std::max({slope, step, rough}) + 0.5);
+}
+
+}  // namespace btms
