@@ -43,6 +43,9 @@ struct LevelParameters {
   double label_m = 0.12, label_slope = 0.5, label_uncertainty = 0.5;  // e3, e_s, e_u
   double label_slope_cap = 2;
   double level_below_m = 3;
+  // Further surfaces
+  double upper_gap_m = 1.8;  // room between two surfaces
+  int upper_nodes = 20;      // a further surface has at least this many nodes
 
   friend bool operator==(const LevelParameters&, const LevelParameters&) = default;
 };

@@ -141,6 +141,10 @@ const std::array kTable = {
                   &P::label_slope_cap},
     ParameterInfo{"level_below_m", "", "m", 0, 1000, "", "coarse to fine",
                   "points further below the surface are flagged as far below", &P::level_below_m},
+    ParameterInfo{"upper_gap_m", "", "m", 0.1, 100, "", "coarse to fine",
+                  "room that a further surface (deck, roof, ceiling) leaves over the one below it", &P::upper_gap_m},
+    ParameterInfo{"upper_nodes", "", "nodes", 1, 1000000000, "", "coarse to fine",
+                  "a further surface has at least this many nodes", &P::upper_nodes},
 };
 
 constexpr std::array<std::string_view, 2> kNodeModels = {"pca", "robust"};
