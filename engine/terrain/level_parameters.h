@@ -43,6 +43,9 @@ struct LevelParameters {
   double label_m = 0.12, label_slope = 0.5, label_uncertainty = 0.5;  // e3, e_s, e_u
   double label_slope_cap = 2;
   double level_below_m = 3;
+  // Bridges
+  double span_width_m = 30;  // of a deck, at most; 0: none are looked for
+  double span_drop_m = 3;    // from a deck to the ground beside it, at least
   // Further surfaces
   double upper_gap_m = 1.8;  // room between two surfaces
   int upper_nodes = 20;      // a further surface has at least this many nodes

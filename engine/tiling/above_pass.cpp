@@ -1,6 +1,7 @@
 // Pass "above": layers of every node from its points, and sheets joined to further surfaces. A component of sheets is a
 // surface when it is large and high enough; it can be reached where it joins the terrain at the same height.
 #include <algorithm>
+#include <utility>
 #include <cmath>
 #include <tuple>
 

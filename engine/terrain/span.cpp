@@ -1,0 +1,187 @@
+#include "engine/terrain/span.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace btms {
+namespace {
+
+constexpr std::int32_t kLeastStrip = 2;     // squares of a strip with a height
+constexpr std::int32_t kLeastProfiles = 3;  // that agree on a square
+constexpr std::int32_t kGrowth = 2;         // rings around a sure span in which half the drop is enough
+
+// In half squares: eight lines, so that one of them crosses a strip almost squarely.
+struct Direction {
+  std::int32_t col, row;
+};
+constexpr Direction kDirections[] = {{2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {-1, 2}, {-2, 2}, {-2, 1}};
+
+Cell moved(Cell c, const Direction& d, std::int32_t k) {
+  return {c.col + static_cast<std::int32_t>(floor_div(std::int64_t{k} * d.col + 1, 2)),
+          c.row + static_cast<std::int32_t>(floor_div(std::int64_t{k} * d.row + 1, 2))};
+}
+// Length of a step along it.
+std::int64_t step_mm(const Direction& d, std::int32_t r_mm) {
+  const std::int32_t squared = d.col * d.col + d.row * d.row;  // 4, 5 or 8
+  return squared == 4 ? r_mm : std::int64_t{r_mm} * (squared == 5 ? 1118 : 1414) / 1000;
+}
+
+// Sums over the profiles through a square.
+struct Votes {
+  std::int64_t ground_mm = 0;
+  std::int32_t profiles = 0, spread_mm = 0;
+
+  void add(std::int64_t ground, std::int32_t spread) {
+    ground_mm += ground;
+    spread_mm = std::max(spread_mm, spread);
+    ++profiles;
+  }
+  SpanGround mean() const {
+    return {static_cast<std::int32_t>(floor_div(2 * ground_mm + profiles, 2 * std::int64_t{profiles})),
+            static_cast<std::uint16_t>(std::min(spread_mm / 2, 65535))};
+  }
+};
+
+class SpanFinder {
+ public:
+  SpanFinder(const std::vector<SquareHeights>& heights, const CellBox& interior, const SpanRules& rules)
+      : heights_(heights),
+        interior_(interior),
+        voting_(interior.grown(kGrowth)),
+        held_(interior.grown(rules.halo())),
+        rules_(rules),
+        sure_(static_cast<std::size_t>(voting_.cells())),
+        likely_(sure_.size()) {}
+
+  std::vector<SpanGround> find() {
+    for (const Direction& d : kDirections) {
+      step_mm_ = step_mm(d, rules_.r_mm);
+      for (std::int32_t row = held_.row0; row < held_.row1; ++row)
+        for (std::int32_t col = held_.col0; col < held_.col1; ++col) profiles_from({col, row}, d);
+    }
+    std::vector<SpanGround> out;
+    for (std::int32_t row = interior_.row0; row < interior_.row1; ++row)
+      for (std::int32_t col = interior_.col0; col < interior_.col1; ++col) {
+        const std::size_t i = vote_index({col, row});
+        out.push_back(sure_[i].profiles >= kLeastProfiles                                    ? sure_[i].mean()
+                      : likely_[i].profiles >= kLeastProfiles && near_a_sure_one({col, row}) ? likely_[i].mean()
+                                                                                             : SpanGround{});
+      }
+    return out;
+  }
+
+ private:
+  std::size_t vote_index(Cell c) const {
+    return static_cast<std::size_t>((std::int64_t{c.row} - voting_.row0) * voting_.cols() + (c.col - voting_.col0));
+  }
+  bool near_a_sure_one(Cell c) const {
+    for (std::int32_t row = c.row - kGrowth; row <= c.row + kGrowth; ++row)
+      for (std::int32_t col = c.col - kGrowth; col <= c.col + kGrowth; ++col)
+        if (sure_[vote_index({col, row})].profiles >= kLeastProfiles) return true;
+    return false;
+  }
+
+  // nullptr outside, and where nothing is known.
+  const SquareHeights* at(Cell c) const {
+    if (!held_.contains(c)) return nullptr;
+    const SquareHeights& h =
+        heights_[static_cast<std::size_t>((std::int64_t{c.row} - held_.row0) * held_.cols() + (c.col - held_.col0))];
+    return h.known() ? &h : nullptr;
+  }
+  // A drop that could be that of a span, within so many steps.
+  bool sheer(std::int32_t low_mm, std::int32_t high_mm, std::int64_t steps) const {
+    const std::int64_t drop = std::int64_t{high_mm} - low_mm;
+    return 2 * drop >= rules_.drop_mm && 4 * drop >= 3 * steps * step_mm_;
+  }
+  // A deck leans and sags, but not by more than 1 in 8 (and the noise of a node).
+  bool flat(std::int32_t a_mm, std::int32_t b_mm, std::int64_t steps) const {
+    return 8 * std::abs(std::int64_t{a_mm} - b_mm) <= steps * step_mm_ + 1000;
+  }
+  // How far the ground rises beyond a foot, per step, in 1/6 mm; `away` is 1 or -1 along the direction.
+  std::int64_t slope_beyond(Cell foot, std::int32_t foot_mm, const Direction& d, std::int32_t away) const {
+    for (const std::int32_t k : {2, 3, 1})
+      if (const SquareHeights* h = at(moved(foot, d, away * k))) return 6 * (std::int64_t{h->low_mm} - foot_mm) / k;
+    return 0;
+  }
+
+  // All profiles whose first foot is here.
+  void profiles_from(Cell foot, const Direction& d) {
+    const SquareHeights* here = at(foot);
+    if (!here) return;
+    const std::int64_t reach = rules_.reach_mm() / step_mm_;
+    for (std::int32_t k = 1; k <= reach; ++k) {
+      const SquareHeights* edge = at(moved(foot, d, k));
+      if (edge && sheer(here->low_mm, edge->high_mm, k)) follow(foot, here->low_mm, d, k);
+    }
+  }
+
+  // Along the strip that starts `first` steps from the foot, to the other foot.
+  void follow(Cell foot, std::int32_t foot_mm, const Direction& d, std::int32_t first) {
+    const std::int64_t reach = rules_.reach_mm() / step_mm_, width = rules_.width_mm / step_mm_;
+    std::int32_t last = first, strip = 1;
+    const std::int32_t first_mm = at(moved(foot, d, first))->high_mm;
+    std::int32_t last_mm = first_mm;
+    for (std::int32_t k = first + 1; k - last <= reach && last - first < width; ++k) {
+      const SquareHeights* next = at(moved(foot, d, k));
+      if (!next) continue;
+      if (flat(next->high_mm, last_mm, k - last)) {
+        last = k;
+        last_mm = next->high_mm;
+        ++strip;
+      } else if (next->high_mm > last_mm) {
+        return;  // the foot of a wall
+      } else if (sheer(next->low_mm, last_mm, k - last)) {
+        if (strip >= kLeastStrip && continues(foot, foot_mm, d, k, next->low_mm))
+          vote(foot, foot_mm, d, k, next->low_mm, std::min(first_mm - foot_mm, last_mm - next->low_mm));
+        return;
+      }
+    }
+  }
+
+  // The ground at one foot continues that at the other, as a road does that passes below. Between a street and the pit
+  // beside it, it doesn't.
+  bool continues(Cell foot, std::int32_t foot_mm, const Direction& d, std::int32_t steps, std::int32_t other_mm) const {
+    const std::int64_t rise = slope_beyond(moved(foot, d, steps), other_mm, d, 1) - slope_beyond(foot, foot_mm, d, -1);
+    const std::int64_t expected_mm = floor_div(rise * steps, 12);
+    return 6 * std::abs(std::int64_t{other_mm} - foot_mm - expected_mm) <= rules_.drop_mm;
+  }
+
+  void vote(Cell foot, std::int32_t foot_mm, const Direction& d, std::int32_t steps, std::int32_t other_mm,
+            std::int32_t drop_mm) {
+    const std::int64_t rise = std::int64_t{other_mm} - foot_mm;
+    for (std::int32_t k = 1; k < steps; ++k) {
+      const Cell c = moved(foot, d, k);
+      if (!voting_.contains(c)) continue;
+      const std::int64_t ground_mm = foot_mm + floor_div(2 * rise * k + steps, 2 * std::int64_t{steps});
+      const auto spread_mm = static_cast<std::int32_t>(std::abs(rise));
+      likely_[vote_index(c)].add(ground_mm, spread_mm);
+      if (drop_mm >= rules_.drop_mm) sure_[vote_index(c)].add(ground_mm, spread_mm);
+    }
+  }
+
+  const std::vector<SquareHeights>& heights_;
+  CellBox interior_, voting_, held_;
+  SpanRules rules_;
+  std::int64_t step_mm_ = 0;
+  std::vector<Votes> sure_, likely_;  // per square of voting_
+};
+
+}  // namespace
+
+SpanRules::SpanRules(const LevelParameters& p, std::int32_t r)
+    : r_mm(r),
+      width_mm(static_cast<std::int32_t>(std::floor(p.span_width_m * 1000 + 0.5))),
+      drop_mm(static_cast<std::int32_t>(std::floor(p.span_drop_m * 1000 + 0.5))) {}
+
+std::int32_t SpanRules::halo() const {
+  // A profile reaches over the strip and both drops, and looks three squares beyond either foot.
+  return static_cast<std::int32_t>(ceil_div(std::int64_t{width_mm} + 2 * reach_mm(), r_mm)) + 3 + kGrowth;
+}
+
+std::vector<SpanGround> find_spans(const std::vector<SquareHeights>& heights, const CellBox& interior,
+                                   const SpanRules& rules) {
+  return SpanFinder(heights, interior, rules).find();
+}
+
+}  // namespace btms
