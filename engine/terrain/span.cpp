@@ -8,8 +8,11 @@ namespace btms {
 namespace {
 
 constexpr std::int32_t kLeastStrip = 2;     // squares of a strip with a height
-constexpr std::int32_t kLeastProfiles = 3;  // that agree on a square
-constexpr std::int32_t kGrowth = 2;         // rings around a sure span in which half the drop is enough
+constexpr std::int32_t kLeastProfiles = 3;  // through a sure square
+// A span is where at least half of the squares within so many rings are sure: a deck has sides, not just two walls that
+// happen to face each other. Around it one lesser profile is enough.
+constexpr std::int32_t kRings = 2;
+constexpr std::int32_t kLeastSure = 13;
 
 // In half squares: eight lines, so that one of them crosses a strip almost squarely.
 struct Direction {
@@ -25,6 +28,12 @@ Cell moved(Cell c, const Direction& d, std::int32_t k) {
 std::int64_t step_mm(const Direction& d, std::int32_t r_mm) {
   const std::int32_t squared = d.col * d.col + d.row * d.row;  // 4, 5 or 8
   return squared == 4 ? r_mm : std::int64_t{r_mm} * (squared == 5 ? 1118 : 1414) / 1000;
+}
+
+template <class Fn>
+void for_each_square(const CellBox& box, const Fn& fn) {
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col) fn(Cell{col, row});
 }
 
 // Sums over the profiles through a square.
@@ -48,7 +57,7 @@ class SpanFinder {
   SpanFinder(const std::vector<SquareHeights>& heights, const CellBox& interior, const SpanRules& rules)
       : heights_(heights),
         interior_(interior),
-        voting_(interior.grown(kGrowth)),
+        voting_(interior.grown(2 * kRings)),
         held_(interior.grown(rules.halo())),
         rules_(rules),
         sure_(static_cast<std::size_t>(voting_.cells())),
@@ -57,29 +66,38 @@ class SpanFinder {
   std::vector<SpanGround> find() {
     for (const Direction& d : kDirections) {
       step_mm_ = step_mm(d, rules_.r_mm);
-      for (std::int32_t row = held_.row0; row < held_.row1; ++row)
-        for (std::int32_t col = held_.col0; col < held_.col1; ++col) profiles_from({col, row}, d);
+      for_each_square(held_, [&](Cell c) { profiles_from(c, d); });
     }
-    std::vector<SpanGround> out;
-    for (std::int32_t row = interior_.row0; row < interior_.row1; ++row)
-      for (std::int32_t col = interior_.col0; col < interior_.col1; ++col) {
-        const std::size_t i = vote_index({col, row});
-        out.push_back(sure_[i].profiles >= kLeastProfiles                                    ? sure_[i].mean()
-                      : likely_[i].profiles >= kLeastProfiles && near_a_sure_one({col, row}) ? likely_[i].mean()
-                                                                                             : SpanGround{});
-      }
-    return out;
+    return judged();
   }
 
  private:
   std::size_t vote_index(Cell c) const {
     return static_cast<std::size_t>((std::int64_t{c.row} - voting_.row0) * voting_.cols() + (c.col - voting_.col0));
   }
-  bool near_a_sure_one(Cell c) const {
-    for (std::int32_t row = c.row - kGrowth; row <= c.row + kGrowth; ++row)
-      for (std::int32_t col = c.col - kGrowth; col <= c.col + kGrowth; ++col)
-        if (sure_[vote_index({col, row})].profiles >= kLeastProfiles) return true;
-    return false;
+  bool is_sure(Cell c) const { return sure_[vote_index(c)].profiles >= kLeastProfiles; }
+
+  std::vector<SpanGround> judged() const {
+    std::vector<std::uint8_t> near(static_cast<std::size_t>(interior_.cells()), 0);  // a place that is surely a span
+    for_each_square(interior_.grown(kRings), [&](Cell c) {
+      std::int32_t sure = 0;
+      for_each_square({c.col - kRings, c.row - kRings, c.col + kRings + 1, c.row + kRings + 1},
+                      [&](Cell around) { sure += is_sure(around); });
+      if (sure < kLeastSure) return;
+      for_each_square(interior_.intersect({c.col - kRings, c.row - kRings, c.col + kRings + 1, c.row + kRings + 1}),
+                      [&](Cell around) { near[interior_index(around)] = 1; });
+    });
+    std::vector<SpanGround> out(near.size());
+    for_each_square(interior_, [&](Cell c) {
+      if (!near[interior_index(c)]) return;
+      const Votes& votes = is_sure(c) ? sure_[vote_index(c)] : likely_[vote_index(c)];
+      if (votes.profiles > 0) out[interior_index(c)] = votes.mean();
+    });
+    return out;
+  }
+  std::size_t interior_index(Cell c) const {
+    return static_cast<std::size_t>((std::int64_t{c.row} - interior_.row0) * interior_.cols() +
+                                    (c.col - interior_.col0));
   }
 
   // nullptr outside, and where nothing is known.
@@ -89,10 +107,11 @@ class SpanFinder {
         heights_[static_cast<std::size_t>((std::int64_t{c.row} - held_.row0) * held_.cols() + (c.col - held_.col0))];
     return h.known() ? &h : nullptr;
   }
-  // A drop that could be that of a span, within so many steps.
-  bool sheer(std::int32_t low_mm, std::int32_t high_mm, std::int64_t steps) const {
-    const std::int64_t drop = std::int64_t{high_mm} - low_mm;
-    return 2 * drop >= rules_.drop_mm && 4 * drop >= 3 * steps * step_mm_;
+  // A drop within so many steps: a sure one is as high as the rules say and steeper than 3 in 4; near the ends of a
+  // span, where the ground comes up to the deck, a third of both will do.
+  bool sheer(std::int32_t low_mm, std::int32_t high_mm, std::int64_t steps, std::int32_t share = 3) const {
+    const std::int64_t drop = share * (std::int64_t{high_mm} - low_mm);
+    return drop >= rules_.drop_mm && 4 * drop >= 3 * steps * step_mm_;
   }
   // A deck leans and sags, but not by more than 1 in 8 (and the noise of a node).
   bool flat(std::int32_t a_mm, std::int32_t b_mm, std::int64_t steps) const {
@@ -116,26 +135,28 @@ class SpanFinder {
     }
   }
 
-  // Along the strip that starts `first` steps from the foot, to the other foot.
+  // Along the strip that starts `first` steps from the foot, to every other foot.
   void follow(Cell foot, std::int32_t foot_mm, const Direction& d, std::int32_t first) {
     const std::int64_t reach = rules_.reach_mm() / step_mm_, width = rules_.width_mm / step_mm_;
-    std::int32_t last = first, strip = 1;
     const std::int32_t first_mm = at(moved(foot, d, first))->high_mm;
-    std::int32_t last_mm = first_mm;
+    std::int32_t last = first, last_mm = first_mm, strip = 1;
+    bool fallen = false;
     for (std::int32_t k = first + 1; k - last <= reach && last - first < width; ++k) {
       const SquareHeights* next = at(moved(foot, d, k));
       if (!next) continue;
-      if (flat(next->high_mm, last_mm, k - last)) {
+      if (next->high_mm > last_mm || flat(next->high_mm, last_mm, k - last)) {
+        if (fallen || !flat(next->high_mm, last_mm, k - last)) return;  // another wall
         last = k;
         last_mm = next->high_mm;
         ++strip;
-      } else if (next->high_mm > last_mm) {
-        return;  // the foot of a wall
-      } else if (sheer(next->low_mm, last_mm, k - last)) {
-        if (strip >= kLeastStrip && continues(foot, foot_mm, d, k, next->low_mm))
-          vote(foot, foot_mm, d, k, next->low_mm, std::min(first_mm - foot_mm, last_mm - next->low_mm));
-        return;
+        continue;
       }
+      fallen = true;
+      if (strip < kLeastStrip || !sheer(next->low_mm, last_mm, k - last) ||
+          !continues(foot, foot_mm, d, k, next->low_mm))
+        continue;
+      vote(foot, foot_mm, d, k, next->low_mm,
+           sheer(foot_mm, first_mm, first, 1) && sheer(next->low_mm, last_mm, k - last, 1));
     }
   }
 
@@ -147,8 +168,7 @@ class SpanFinder {
     return 6 * std::abs(std::int64_t{other_mm} - foot_mm - expected_mm) <= rules_.drop_mm;
   }
 
-  void vote(Cell foot, std::int32_t foot_mm, const Direction& d, std::int32_t steps, std::int32_t other_mm,
-            std::int32_t drop_mm) {
+  void vote(Cell foot, std::int32_t foot_mm, const Direction& d, std::int32_t steps, std::int32_t other_mm, bool sure) {
     const std::int64_t rise = std::int64_t{other_mm} - foot_mm;
     for (std::int32_t k = 1; k < steps; ++k) {
       const Cell c = moved(foot, d, k);
@@ -156,7 +176,7 @@ class SpanFinder {
       const std::int64_t ground_mm = foot_mm + floor_div(2 * rise * k + steps, 2 * std::int64_t{steps});
       const auto spread_mm = static_cast<std::int32_t>(std::abs(rise));
       likely_[vote_index(c)].add(ground_mm, spread_mm);
-      if (drop_mm >= rules_.drop_mm) sure_[vote_index(c)].add(ground_mm, spread_mm);
+      if (sure) sure_[vote_index(c)].add(ground_mm, spread_mm);
     }
   }
 
@@ -176,7 +196,7 @@ SpanRules::SpanRules(const LevelParameters& p, std::int32_t r)
 
 std::int32_t SpanRules::halo() const {
   // A profile reaches over the strip and both drops, and looks three squares beyond either foot.
-  return static_cast<std::int32_t>(ceil_div(std::int64_t{width_mm} + 2 * reach_mm(), r_mm)) + 3 + kGrowth;
+  return static_cast<std::int32_t>(ceil_div(std::int64_t{width_mm} + 2 * reach_mm(), r_mm)) + 3 + 2 * kRings;
 }
 
 std::vector<SpanGround> find_spans(const std::vector<SquareHeights>& heights, const CellBox& interior,
