@@ -36,18 +36,22 @@ void for_each_square(const CellBox& box, const Fn& fn) {
     for (std::int32_t col = box.col0; col < box.col1; ++col) fn(Cell{col, row});
 }
 
-// Sums over the profiles through a square.
+// The profiles through a square, and sums over the shortest of them: those that cross most squarely.
 struct Votes {
-  std::int64_t ground_mm = 0;
-  std::int32_t profiles = 0, spread_mm = 0;
+  std::int64_t length_mm = 0, ground_mm = 0;
+  std::int32_t profiles = 0, shortest = 0, spread_mm = 0;
 
-  void add(std::int64_t ground, std::int32_t spread) {
+  void add(std::int64_t length, std::int64_t ground, std::int32_t spread) {
+    ++profiles;
+    if (shortest > 0 && length > length_mm) return;
+    if (length < length_mm) shortest = 0, ground_mm = 0, spread_mm = 0;
+    length_mm = length;
     ground_mm += ground;
     spread_mm = std::max(spread_mm, spread);
-    ++profiles;
+    ++shortest;
   }
   SpanGround mean() const {
-    return {static_cast<std::int32_t>(floor_div(2 * ground_mm + profiles, 2 * std::int64_t{profiles})),
+    return {static_cast<std::int32_t>(floor_div(2 * ground_mm + shortest, 2 * std::int64_t{shortest})),
             static_cast<std::uint16_t>(std::min(spread_mm / 2, 65535))};
   }
 };
@@ -175,8 +179,8 @@ class SpanFinder {
       if (!voting_.contains(c)) continue;
       const std::int64_t ground_mm = foot_mm + floor_div(2 * rise * k + steps, 2 * std::int64_t{steps});
       const auto spread_mm = static_cast<std::int32_t>(std::abs(rise));
-      likely_[vote_index(c)].add(ground_mm, spread_mm);
-      if (sure) sure_[vote_index(c)].add(ground_mm, spread_mm);
+      likely_[vote_index(c)].add(steps * step_mm_, ground_mm, spread_mm);
+      if (sure) sure_[vote_index(c)].add(steps * step_mm_, ground_mm, spread_mm);
     }
   }
 
@@ -197,6 +201,22 @@ SpanRules::SpanRules(const LevelParameters& p, std::int32_t r)
 std::int32_t SpanRules::halo() const {
   // A profile reaches over the strip and both drops, and looks three squares beyond either foot.
   return static_cast<std::int32_t>(ceil_div(std::int64_t{width_mm} + 2 * reach_mm(), r_mm)) + 3 + 2 * kRings;
+}
+
+SquareHeights square_heights(std::span<const std::int32_t> nodes_mm, const SpanRules& rules) {
+  std::int32_t lowest = INT32_MAX;
+  SquareHeights out;
+  for (const std::int32_t z : nodes_mm) {
+    if (z == kUnknownHeight_mm) continue;
+    lowest = std::min(lowest, z);
+    out.high_mm = std::max(out.high_mm, z);
+  }
+  if (lowest == INT32_MAX) return out;
+  std::int64_t sum = 0, n = 0;
+  for (const std::int32_t z : nodes_mm)
+    if (z != kUnknownHeight_mm && 3 * (std::int64_t{z} - lowest) <= rules.drop_mm) sum += z, ++n;
+  out.low_mm = static_cast<std::int32_t>(floor_div(2 * sum + n, 2 * n));
+  return out;
 }
 
 std::vector<SpanGround> find_spans(const std::vector<SquareHeights>& heights, const CellBox& interior,

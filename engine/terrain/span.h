@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/lattice/plane.h"
@@ -28,11 +29,15 @@ struct SpanRules {
   std::int32_t halo() const;
 };
 
-// Heights of the accepted terrain nodes of a square; kUnknownHeight_mm without any.
+// The lowest and the highest ground of a square; kUnknownHeight_mm without any.
 struct SquareHeights {
-  std::int32_t low_mm = kUnknownHeight_mm, high_mm = kUnknownHeight_mm;
+  std::int32_t low_mm = kUnknownHeight_mm;   // mean of the nodes that are about as low as the lowest
+  std::int32_t high_mm = kUnknownHeight_mm;  // of the highest node
   bool known() const { return low_mm != kUnknownHeight_mm; }
 };
+
+// From the heights of a square's nodes, kUnknownHeight_mm where a node is no accepted terrain.
+SquareHeights square_heights(std::span<const std::int32_t> nodes_mm, const SpanRules& rules);
 
 // What lies under a span over a square; unknown where there is no span.
 struct SpanGround {

@@ -29,12 +29,8 @@ SpanGrounds span_pass(const PassContext& context, const LevelRules& rules, TileF
     const CellBox &held = heights[i].held(), &box = tiles[i].box;
     std::vector<SquareHeights> squares(static_cast<std::size_t>(held.cells()));
     const std::span<const std::int32_t> height = std::as_const(heights[i]).values();
-    for (std::size_t k = 0; k < height.size(); ++k) {
-      if (height[k] == kUnknownHeight_mm) continue;
-      SquareHeights& s = squares[k / kTriangles];
-      s.low_mm = s.known() ? std::min(s.low_mm, height[k]) : height[k];
-      s.high_mm = std::max(s.high_mm, height[k]);
-    }
+    for (std::size_t k = 0; k < squares.size(); ++k)
+      squares[k] = square_heights(height.subspan(k * kTriangles, kTriangles), span);
     heights[i] = {};
     grounds[i] = find_spans(squares, box, span);
     for (std::size_t k = 0; k < grounds[i].size(); ++k) {
