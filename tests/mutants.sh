@@ -23,7 +23,7 @@ candidate-dropped|engine/tiling/neighbour_index.cpp|s/for (const auto& \[i, dist
 level-link-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, kLinkHalo, /exchange_halo(table, nodes, kLinkHalo - 1, /
 level-complete-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, rules.completion_halo(), /exchange_halo(table, nodes, rules.completion_halo() - 1, /
 level-corner-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, completed, kFitHalo, /exchange_halo(table, completed, kFitHalo - 1, /
-visiting-order|engine/tiling/link_pass.cpp|s/kept_\[i\] = size\[root\] >= keep_nodes/kept_[i] = components[i].nodes >= keep_nodes/
+visiting-order|engine/tiling/link_pass.cpp|s/nodes_[[]merged_.root(c.id)[]] += c.nodes/nodes_[merged_.root(c.id)] = c.nodes/
 TABLE
 }
 

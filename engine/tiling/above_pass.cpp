@@ -1,9 +1,9 @@
 // Pass "above": layers of every node from its points, and sheets joined to further surfaces. A component of sheets is a
 // surface when it is large and high enough; it can be reached where it joins the terrain at the same height.
 #include <algorithm>
-#include <utility>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 #include "engine/error.h"
 #include "engine/lattice/neighbours.h"
@@ -23,6 +23,9 @@ struct SheetId {
   NodeKey node;
   std::uint64_t ordinal;  // of the sheets of the node, from below
   friend auto operator<=>(const SheetId&, const SheetId&) = default;
+};
+struct SheetComponent {
+  SheetId id;
 };
 using SheetLink = ComponentLink<SheetId>;
 
@@ -45,7 +48,7 @@ struct SheetSums {
 };
 
 struct TileLinks {
-  std::vector<SheetId> ids;                                    // of the components
+  std::vector<SheetComponent> components;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // over the border, as positions in values()
 };
 
@@ -146,7 +149,7 @@ void link_tile(SparseField<Sheet>& field, const LevelRules& rules, TileLinks& ou
     if (!inside(sheets[i].node)) continue;
     const std::uint32_t root = components.find(i);  // the smallest member
     sheets[i].component = {sheets[root].node, sheets[root].ordinal};
-    if (root == i) out.ids.push_back(sheets[i].component);
+    if (root == i) out.components.push_back({sheets[i].component});
   }
 }
 
@@ -174,13 +177,6 @@ std::vector<SheetSums> sums_of(const SparseField<Sheet>& field, const TerrainTil
   return merged;
 }
 
-template <class T>
-std::vector<T> flat(const std::vector<std::vector<T>>& lists) {
-  std::vector<T> out;
-  for (const std::vector<T>& list : lists) out.insert(out.end(), list.begin(), list.end());
-  return out;
-}
-
 }  // namespace
 
 void above_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid,
@@ -199,19 +195,19 @@ void above_pass(const PassContext& context, const PointBins& bins, const BinGrid
   context.for_each_tile("link sheets", [&](std::size_t i, int) { link_tile(sheets[i], rules, linked[i]); });
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);  // the components this time
 
-  std::vector<std::vector<SheetId>> ids(tiles.size());
+  std::vector<std::vector<SheetComponent>> components(tiles.size());
   std::vector<std::vector<SheetLink>> links(tiles.size());
   std::vector<std::vector<SheetSums>> sums(tiles.size());
   context.for_each_tile("join sheets", [&](std::size_t i, int) {
     const std::span<const Sheet> here = std::as_const(sheets[i]).values();
-    ids[i] = std::move(linked[i].ids);
+    components[i] = std::move(linked[i].components);
     for (const auto& [a, b] : linked[i].links) links[i].push_back({here[a].component, here[b].component});
     sort_unique(links[i]);
     sums[i] = sums_of(sheets[i], tiles[i], rules);
   });
-  const MergedComponents<SheetId> merged(context.ranks.gather(flat(ids)), context.ranks.gather(flat(links)));
+  const MergedComponents<SheetId> merged(gather_all(context.ranks, components), gather_all(context.ranks, links));
   std::vector<SheetSums> total(merged.size());
-  for (const SheetSums& s : context.ranks.gather(flat(sums))) {
+  for (const SheetSums& s : gather_all(context.ranks, sums)) {
     SheetSums& to = total[merged.root(s.component)];
     to.clear += s.clear;
     to.joints += s.joints;

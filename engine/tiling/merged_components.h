@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/terrain/components.h"
+#include "engine/tiling/executor.h"
 
 namespace btms {
 
@@ -24,12 +25,22 @@ void sort_unique(std::vector<ComponentLink<Id>>& links) {
   links.erase(std::unique(links.begin(), links.end()), links.end());
 }
 
+// What all tiles of all ranks have, in one list.
+template <class T>
+std::vector<T> gather_all(Ranks& ranks, const std::vector<std::vector<T>>& by_tile) {
+  std::vector<T> mine;
+  for (const std::vector<T>& list : by_tile) mine.insert(mine.end(), list.begin(), list.end());
+  return ranks.gather(mine);
+}
+
 template <class Id>
 class MergedComponents {
  public:
-  // `ids` of all components, without repetition, in any order; `links` between them.
-  MergedComponents(std::vector<Id> ids, const std::vector<ComponentLink<Id>>& links)
-      : ids_(std::move(ids)), root_(ids_.size()) {
+  // All components, each once and in any order (anything with an `id`), and the links between them.
+  template <class Component>
+  MergedComponents(const std::vector<Component>& components, const std::vector<ComponentLink<Id>>& links)
+      : root_(components.size()) {
+    for (const Component& c : components) ids_.push_back(c.id);
     std::sort(ids_.begin(), ids_.end());
     Components merged(ids_.size());
     for (const auto& link : links) merged.unite(index(link.a), index(link.b));
