@@ -25,7 +25,7 @@ level-complete-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, 
 level-corner-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, completed, kFitHalo, /exchange_halo(table, completed, kFitHalo - 1, /
 layer-step-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, corners, kStepHalo, /exchange_halo(context.table, corners, kStepHalo - 1, /
 layer-cost-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, costs, cost_halo, /exchange_halo(context.table, costs, cost_halo - 1, /
-visiting-order|engine/tiling/link_pass.cpp|s/kept_\[i\] = size\[root\] >= keep_nodes/kept_[i] = components[i].nodes >= keep_nodes/
+visiting-order|engine/tiling/link_pass.cpp|s/nodes_[[]merged_.root(c.id)[]] += c.nodes/nodes_[merged_.root(c.id)] = c.nodes/
 TABLE
 }
 

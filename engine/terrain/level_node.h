@@ -16,6 +16,7 @@ enum class LevelClass : std::uint8_t {
   kNear = 3,      // plane close to the prior
   kAbove = 4,     // plane above the prior
   kRejected = 5,  // plane whose component is not terrain
+  kSpan = 6,      // over or under a bridge deck; the ground is known from both sides (span.h)
 };
 
 struct LevelNode {

@@ -47,6 +47,12 @@ struct LevelParameters {
   double sd_observed = 1.8, sd_smooth_m = 0.035, sd_least = 0.2;
   double sd_inferred = 3.8;
   double filled_m = 16;  // heights from levels this coarse are a guess
+  // Bridges
+  double span_width_m = 30;  // of a deck, at most; 0: none are looked for
+  double span_drop_m = 3;    // from a deck to the ground beside it, at least
+  // Further surfaces
+  double upper_gap_m = 1.8;  // room between two surfaces
+  int upper_nodes = 20;      // a further surface has at least this many nodes
 
   friend bool operator==(const LevelParameters&, const LevelParameters&) = default;
 };

@@ -164,6 +164,14 @@ const std::array kTable = {
                   "standard deviation of inferred heights per spread of what they come from", &P::sd_inferred},
     ParameterInfo{"filled_m", "", "m", 0.001, 1000, "", "coarse to fine",
                   "heights taken over from levels of this resolution or coarser are called filled", &P::filled_m},
+    ParameterInfo{"span_width_m", "", "m", 0, 200, "", "coarse to fine",
+                  "bridge decks up to this wide are not terrain", &P::span_width_m},
+    ParameterInfo{"span_drop_m", "", "m", 0.5, 100, "", "coarse to fine",
+                  "a deck lies at least this high above the ground on both sides", &P::span_drop_m},
+    ParameterInfo{"upper_gap_m", "", "m", 0.1, 100, "", "coarse to fine",
+                  "room that a further surface (deck, roof, ceiling) leaves over the one below it", &P::upper_gap_m},
+    ParameterInfo{"upper_nodes", "", "nodes", 1, 1000000000, "", "coarse to fine",
+                  "a further surface has at least this many nodes", &P::upper_nodes},
 };
 
 constexpr std::array<std::string_view, 2> kNodeModels = {"pca", "robust"};

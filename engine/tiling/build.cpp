@@ -94,10 +94,12 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   if (coarse_to_fine) {
     Levels built = build_levels(p, table, bins, grid, options.neighbours_by_lattice, threads, ranks, progress,
                                 [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
+    const PassContext context{p, built.table, threads, ranks, progress};
+    above_pass(context, bins, grid, built.tiles);
     bins = PointBins();
+    watch.lap("above", summary.phases);
     summary.components = built.components.all;
     summary.components_kept = built.components.kept;
-    const PassContext context{p, built.table, threads, ranks, progress};
     if (options.layers) layer_pass(context, built.tiles);
     watch.lap("layers", summary.phases);
     commit(context, std::move(built.tiles), tiles, summary);

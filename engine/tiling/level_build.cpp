@@ -21,16 +21,26 @@ using Surfaces = std::vector<LevelSurface>;
 struct PriorSource {
   const Surfaces* surfaces = nullptr;  // nullptr: first level
   bool coarser = false;                // a level coarser than the nodes
+  const SpanGrounds* spans = nullptr;  // what lies under bridges, where they have been looked for
 
   PriorPlane of(std::size_t tile, NodeId n) const {
     if (!surfaces) return {};
     const LevelSurface& s = (*surfaces)[tile];
     return coarser ? s.plane_for_child(n) : s.plane_of(n);
   }
+  // Under a bridge, in the square at this index of the tile's box.
+  PriorPlane under(std::size_t tile, std::size_t square) const {
+    const SpanGround& ground = (*spans)[tile][square];
+    return {static_cast<double>(ground.z_mm), 0, 0, static_cast<double>(ground.sd_mm)};
+  }
   bool outside(std::size_t tile, NodeId n) const {
     return surfaces && (*surfaces)[tile].is_outside(coarser ? parent(n) : n);
   }
 };
+
+std::size_t square_of(const CellBox& box, Cell c) {
+  return static_cast<std::size_t>((std::int64_t{c.row} - box.row0) * box.cols() + (c.col - box.col0));
+}
 
 // Nodes of one level, from the points.
 void fit_level(const PassContext& context, const PointBins& bins, const BinGrid& grid, const LevelRules& rules,
@@ -86,7 +96,8 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
   const auto& tiles = context.table.tiles();
   std::vector<CompleteScratch> scratch(static_cast<std::size_t>(context.threads.count()));
   const auto wants = [&](const LevelNode& n) {
-    return n.level_class != LevelClass::kOutside && !n.has_plane() && (n.count > 0 || rules.completes_empty());
+    return n.level_class != LevelClass::kOutside && n.level_class != LevelClass::kSpan && !n.has_plane() &&
+           (n.count > 0 || rules.completes_empty());
   };
   context.for_each_tile("complete", [&](std::size_t i, int worker) {
     CompleteScratch& s = scratch[static_cast<std::size_t>(worker)];
@@ -103,6 +114,8 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
       if (node.level_class == LevelClass::kOutside || node.has_plane()) return;
       if (rules.first())
         node.level_class = LevelClass::kOutside;
+      else if (node.level_class == LevelClass::kSpan)
+        take_prior(node, n.triangle, prior.under(i, square_of(tiles[i].box, n.cell)), rules);
       else
         take_prior(node, n.triangle, prior.of(i, n), rules);
     });
@@ -225,7 +238,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
     const int rounds = first || last ? 1 : 3;
     Surfaces own(tiles.size());
     for (int round = 0; round < rounds; ++round) {
-      const PriorSource prior =
+      PriorSource prior =
           round == 0 ? (first ? PriorSource{} : PriorSource{&surfaces, true}) : PriorSource{&own, false};
       if (round != 1) fit_level(context, bins, grid, rules, prior, nodes);
       if (first) bound_domain(context, nodes);
@@ -238,6 +251,11 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
       exchange_halo(table, nodes, kLinkHalo, threads, ranks);
       built.components = judge_level(context, rules, nodes);
       if (round == 0 && !first) misfits.push_back(measure_misfit(context, coarsest, level, nodes));
+      SpanGrounds spans;
+      if (last && !first && rules.p().span_width_m > 0) {
+        spans = span_pass(context, rules, nodes);
+        prior.spans = &spans;
+      }
       exchange_halo(table, nodes, rules.completion_halo(), threads, ranks);
       complete_level(context, rules, prior, by_lattice, nodes, completed);
       exchange_halo(table, completed, kFitHalo, threads, ranks);

@@ -6,6 +6,7 @@
 #include "engine/terrain/components.h"
 #include "engine/terrain/level_links.h"
 #include "engine/tiling/level_passes.h"
+#include "engine/tiling/merged_components.h"
 
 namespace btms {
 namespace {
@@ -17,10 +18,7 @@ struct Component {
   NodeKey id;
   ComponentSums sums;
 };
-struct Link {
-  NodeKey a, b;
-  friend auto operator<=>(const Link&, const Link&) = default;
-};
+using Link = ComponentLink<NodeKey>;
 // Edges of one kind between two components; kUpEdge: a stands above b.
 struct RimEdge {
   NodeKey a, b;
@@ -117,42 +115,36 @@ std::vector<RimEdge> counted(std::vector<RimEdge> edges) {
 // Global and small: sees components and counts only.
 class Verdicts {
  public:
-  Verdicts(std::vector<Component> components, const std::vector<Link>& links, const std::vector<RimEdge>& edges,
-           const LevelRules& rules) {
-    std::sort(components.begin(), components.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
-    for (const Component& c : components) ids_.push_back(c.id);
-    Components merged(ids_.size());
-    for (const Link& link : links) merged.unite(index(link.a), index(link.b));
-    std::vector<ComponentSums> sums(ids_.size());
-    root_.resize(ids_.size());
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-      root_[i] = merged.find(static_cast<std::uint32_t>(i));
-      ComponentSums& s = sums[root_[i]];
-      s.nodes += components[i].sums.nodes;
-      s.above_mm += components[i].sums.above_mm;
-      s.tolerance_mm += components[i].sums.tolerance_mm;
-      s.above = components[i].sums.above;
+  Verdicts(const std::vector<Component>& components, const std::vector<Link>& links, const std::vector<RimEdge>& edges,
+           const LevelRules& rules)
+      : merged_(components, links), rejected_(merged_.size(), 0) {
+    std::vector<ComponentSums> sums(merged_.size());
+    for (const Component& c : components) {
+      ComponentSums& s = sums[merged_.root(c.id)];
+      s.nodes += c.sums.nodes;
+      s.above_mm += c.sums.above_mm;
+      s.tolerance_mm += c.sums.tolerance_mm;
+      s.above = c.sums.above;
     }
-    rejected_.assign(ids_.size(), 0);
-    std::vector<RimCounts> rims(ids_.size());
+    std::vector<RimCounts> rims(merged_.size());
     for (int round = 0; round < rules.p().rejection_rounds; ++round) {
-      rims.assign(ids_.size(), RimCounts{});
+      rims.assign(merged_.size(), RimCounts{});
       for (const RimEdge& e : edges) {
-        const std::uint32_t a = root_[index(e.a)], b = root_[index(e.b)];
+        const std::uint32_t a = merged_.root(e.a), b = merged_.root(e.b);
         if (a == b) continue;
         count(rims[a], sums[a], sums[b], rejected_[b], e, e.kind == kUpEdge);
         count(rims[b], sums[b], sums[a], rejected_[a], e, e.kind == kDownEdge);
       }
       bool changed = false;
       const std::vector<std::uint8_t> before = rejected_;
-      for (std::size_t i = 0; i < ids_.size(); ++i)
-        if (root_[i] == i && !before[i] && rejected(sums[i], rims[i], rules)) rejected_[i] = 1, changed = true;
+      for (std::size_t i = 0; i < merged_.size(); ++i)
+        if (merged_.is_root(i) && !before[i] && rejected(sums[i], rims[i], rules)) rejected_[i] = 1, changed = true;
       if (!changed) break;
     }
-    for (std::size_t i = 0; i < ids_.size(); ++i)
-      if (root_[i] == i) ++counts_.all, counts_.kept += !rejected_[i];
+    for (std::size_t i = 0; i < merged_.size(); ++i)
+      if (merged_.is_root(i)) ++counts_.all, counts_.kept += !rejected_[i];
   }
-  bool is_rejected(NodeKey id) const { return rejected_[root_[index(id)]] != 0; }
+  bool is_rejected(NodeKey id) const { return rejected_[merged_.root(id)] != 0; }
   const ComponentCounts& counts() const { return counts_; }
 
  private:
@@ -169,11 +161,7 @@ class Verdicts {
     rim.rim += e.count;
     if (up) rim.up += e.count;
   }
-  std::uint32_t index(NodeKey id) const {
-    return static_cast<std::uint32_t>(std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin());
-  }
-  std::vector<NodeKey> ids_;
-  std::vector<std::uint32_t> root_;
+  MergedComponents<NodeKey> merged_;
   std::vector<std::uint8_t> rejected_;
   ComponentCounts counts_;
 };
@@ -197,8 +185,7 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
       return ids[i].cell(cell_at(nodes[i], offset))[offset % kTriangles];
     };
     for (const auto& [a, b] : tile_links[i].links) tile_pairs[i].push_back({id_at(a), id_at(b)});
-    std::sort(tile_pairs[i].begin(), tile_pairs[i].end());
-    tile_pairs[i].erase(std::unique(tile_pairs[i].begin(), tile_pairs[i].end()), tile_pairs[i].end());
+    sort_unique(tile_pairs[i]);
     std::vector<RimEdge> edges;
     for (const PendingEdge& e : tile_links[i].rim) {
       const NodeKey a = id_at(e.i), b = id_at(e.j);
@@ -207,16 +194,10 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
     tile_edges[i] = counted(std::move(edges));
   });
 
-  std::vector<Component> components;
-  std::vector<Link> links;
-  std::vector<RimEdge> edges;
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    components.insert(components.end(), tile_links[i].components.begin(), tile_links[i].components.end());
-    links.insert(links.end(), tile_pairs[i].begin(), tile_pairs[i].end());
-    edges.insert(edges.end(), tile_edges[i].begin(), tile_edges[i].end());
-  }
-  const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(links), context.ranks.gather(edges),
-                          rules);
+  std::vector<std::vector<Component>> components(tiles.size());
+  for (std::size_t i = 0; i < tiles.size(); ++i) components[i] = std::move(tile_links[i].components);
+  const Verdicts verdicts(gather_all(context.ranks, components), gather_all(context.ranks, tile_pairs),
+                          gather_all(context.ranks, tile_edges), rules);
   context.for_each_tile("verdict", [&](std::size_t i, int) {
     const CellBox& box = tiles[i].box;
     for (std::int32_t row = box.row0; row < box.row1; ++row)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/terrain/level_fit.h"
+#include "engine/terrain/span.h"
 #include "engine/tiling/level_scatter.h"
 #include "engine/tiling/level_surface.h"
 #include "engine/tiling/passes.h"
@@ -11,6 +12,12 @@ namespace btms {
 // Links the nodes of a level, counts rims, and rejects components that are not terrain (kRejected). Collective; needs
 // kLinkHalo rings of `nodes`, leaves halos stale.
 ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes);
+
+// What lies under bridge decks, per tile and square of its box; empty where another rank's.
+using SpanGrounds = std::vector<std::vector<SpanGround>>;
+// Finds bridge decks among the accepted nodes and makes them kSpan, with everything under and over them. Collective;
+// needs no halo of `nodes`, leaves halos stale.
+SpanGrounds span_pass(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes);
 
 struct Levels {
   TileTable table;                 // of the finest level

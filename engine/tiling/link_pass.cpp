@@ -6,6 +6,7 @@
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/components.h"
 #include "engine/terrain/local_convexity.h"
+#include "engine/tiling/merged_components.h"
 #include "engine/tiling/passes.h"
 
 namespace btms {
@@ -13,10 +14,7 @@ namespace {
 
 constexpr NodeKey kNoComponent = ~NodeKey{0};
 
-struct Link {  // two components that an edge over a border joins
-  NodeKey a, b;
-  friend auto operator<=>(const Link&, const Link&) = default;
-};
+using Link = ComponentLink<NodeKey>;
 struct ComponentSize {
   NodeKey id;
   std::uint64_t nodes;
@@ -84,30 +82,19 @@ void link_tile(const TileField<Node>& nodes, const ConvexityRules& rules, std::i
 // Component id -> kept? Global and tiny: it sees only ids, sizes and links.
 class Verdicts {
  public:
-  Verdicts(std::vector<ComponentSize> components, const std::vector<Link>& links, std::uint64_t keep_nodes) {
-    std::sort(components.begin(), components.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
-    for (const ComponentSize& c : components) ids_.push_back(c.id);
-    Components merged(ids_.size());
-    for (const Link& link : links) merged.unite(index(link.a), index(link.b));
-    std::vector<std::uint64_t> size(ids_.size(), 0);
-    for (std::size_t i = 0; i < ids_.size(); ++i)
-      size[merged.find(static_cast<std::uint32_t>(i))] += components[i].nodes;
-    kept_.resize(ids_.size());
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-      const std::uint32_t root = merged.find(static_cast<std::uint32_t>(i));
-      kept_[i] = size[root] >= keep_nodes;
-      if (root == i) ++counts_.all, counts_.kept += kept_[i];
-    }
+  Verdicts(const std::vector<ComponentSize>& components, const std::vector<Link>& links, std::uint64_t keep_nodes)
+      : merged_(components, links), nodes_(merged_.size(), 0), keep_nodes_(keep_nodes) {
+    for (const ComponentSize& c : components) nodes_[merged_.root(c.id)] += c.nodes;
+    for (std::size_t i = 0; i < merged_.size(); ++i)
+      if (merged_.is_root(i)) ++counts_.all, counts_.kept += nodes_[i] >= keep_nodes;
   }
-  bool kept(NodeKey id) const { return kept_[index(id)]; }
+  bool kept(NodeKey id) const { return nodes_[merged_.root(id)] >= keep_nodes_; }
   const ComponentCounts& counts() const { return counts_; }
 
  private:
-  std::uint32_t index(NodeKey id) const {
-    return static_cast<std::uint32_t>(std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin());
-  }
-  std::vector<NodeKey> ids_;
-  std::vector<std::uint8_t> kept_;
+  MergedComponents<NodeKey> merged_;
+  std::vector<std::uint64_t> nodes_;  // of whole components, at their root
+  std::uint64_t keep_nodes_;
   ComponentCounts counts_;
 };
 
@@ -140,8 +127,7 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
     };
     for (const BorderEdge& e : links[i].border) pairs.push_back({id_at(e.inside), id_at(e.outside)});
   }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  sort_unique(pairs);
 
   const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(pairs),
                           static_cast<std::uint64_t>(context.parameters.keep_nodes));

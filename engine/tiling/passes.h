@@ -8,6 +8,7 @@
 //   complete  7-11       ceil(l/r - 1/6) rings      copies of terrain nodes
 //   fit       12-13      1 ring of completed nodes  copies of nodes; shared corners come out of equal bits on both
 //   sides
+//   above     -          1 ring of sheets           copies of sheets, sorted pairs of component ids
 //   layer     -          1 ring of corners, then   copies of nodes
 //                        ceil of half the vehicle
 #pragma once
@@ -60,6 +61,12 @@ void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeF
 
 // Corners, final planes; needs kFitHalo rings. One finished tile per tile of the table (empty where another rank's).
 std::vector<TerrainTile> fit_pass(const PassContext& context, const NodeFields& nodes);
+
+// What the points say about the space over the finished surface: roughness, clearance and further surfaces
+// (terrain/above.h). Collective; every bin must lie inside one tile, as they do coarse to fine: the fixed method's
+// straddle borders, and its maps have none of these.
+void above_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid,
+                std::vector<TerrainTile>& tiles);
 
 inline constexpr std::int32_t kStepHalo = 1;  // neighbours share a corner
 // Step and cost on the finished surfaces, from their corners, roughness and clearance (0 and kNothingAbove where

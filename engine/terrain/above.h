@@ -1,0 +1,56 @@
+// What the points of a node say about the space over its finished surface: how rough the terrain is, how high the
+// lowest thing above it hangs, and which further surfaces (a deck, a roof, a ceiling, a road below) there are.
+//
+// Pure and thread-safe; depends on the set of points alone, not on their order.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/lattice/plane.h"
+#include "engine/terrain/level_fit.h"
+#include "engine/terrain/node_model.h"
+
+namespace btms {
+
+// Heights of the points over the plane, vertically, nearest millimetre. `heights` is reused memory.
+void heights_over(const NodePoints& points, const FinalPlane& plane, std::int32_t r_mm,
+                  std::vector<std::int32_t>& heights);
+
+inline constexpr std::int32_t kNoneAbove = INT32_MAX;
+
+struct NodeLayers {
+  std::uint16_t roughness_mm = 0;          // rms height of the points within terrain_mm of the surface, above or below
+  std::int32_t clearance_mm = kNoneAbove;  // height of the lowest point further above
+};
+
+// A single point above is enough: a planner would rather walk round a speck of noise than into a wire.
+NodeLayers node_layers(std::span<const std::int32_t> heights_mm, std::int32_t terrain_mm);
+
+// A sheet: a plane with free space above and below it. `above_mm` is its height over the surface at the node's mean.
+struct NodeSheet {
+  LevelNode plane;
+  std::int32_t above_mm = 0;
+};
+
+struct SheetScratch {
+  std::vector<std::int32_t> order, z_mm;
+  std::vector<std::int16_t> x_mm, y_mm;
+};
+
+// The sheets of a node, ascending. Points above the terrain (or far below it) are split where there is a gap; each
+// group is fitted the way terrain is, to its lowest points with the surface's slope as prior, and is a sheet when most
+// of what lies within upper_gap_m of the plane lies on it: in a tree nothing does. A few points are enough for a sheet,
+// but not for a surface; that takes a whole component (tiling/above_pass.cpp).
+void find_sheets(const NodePoints& points, std::span<const std::int32_t> heights_mm, std::uint8_t triangle,
+                 const FinalPlane& surface, std::int32_t terrain_mm, const LevelRules& rules, SheetScratch& scratch,
+                 std::vector<NodeSheet>& sheets);
+
+// The surface itself as the links see it: the plane at the node's centroid.
+LevelNode surface_node(std::uint8_t triangle, const FinalPlane& surface, std::int32_t r_mm);
+
+// The height over the centre of the node's square.
+std::int32_t height_at_centre_mm(const LevelNode& plane);
+
+}  // namespace btms

@@ -1,0 +1,225 @@
+// Pass "above": layers of every node from its points, and sheets joined to further surfaces. A component of sheets is a
+// surface when it is large and high enough; it can be reached where it joins the terrain at the same height.
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "engine/error.h"
+#include "engine/lattice/neighbours.h"
+#include "engine/terrain/above.h"
+#include "engine/terrain/level_links.h"
+#include "engine/tiling/merged_components.h"
+#include "engine/tiling/node_sort.h"
+#include "engine/tiling/passes.h"
+#include "engine/tiling/sparse_field.h"
+
+namespace btms {
+namespace {
+
+constexpr std::uint64_t kJoints = 3;  // edges to the terrain of a surface that can be reached
+
+struct SheetId {
+  NodeKey node;
+  std::uint64_t ordinal;  // of the sheets of the node, from below
+  friend auto operator<=>(const SheetId&, const SheetId&) = default;
+};
+struct SheetComponent {
+  SheetId id;
+};
+using SheetLink = ComponentLink<SheetId>;
+
+struct Sheet {
+  NodeKey node;
+  std::uint64_t ordinal;
+  SheetId component{};
+  NodeSheet sheet;
+  std::int32_t unused = 0;  // no padding in what is sent
+  friend bool operator<(const Sheet& a, const Sheet& b) {
+    return std::tie(a.node, a.ordinal) < std::tie(b.node, b.ordinal);
+  }
+};
+static_assert(std::has_unique_object_representations_v<Sheet>);
+
+// Sums over a component: its nodes with room between them and the surface, and its edges to terrain at its height.
+struct SheetSums {
+  SheetId component;
+  std::uint64_t clear = 0, joints = 0;
+};
+
+struct TileLinks {
+  std::vector<SheetComponent> components;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // over the border, as positions in values()
+};
+
+FinalPlane surface_of(const TerrainTile& tile, NodeId n) { return FinalPlane::through(n.triangle, tile.corners_mm(n)); }
+
+// Layers of every node with points and a surface; the sheets of each tile.
+std::vector<std::vector<Sheet>> look_above(const PassContext& context, const PointBins& bins, const BinGrid& grid,
+                                           const LevelRules& rules, std::vector<TerrainTile>& tiles) {
+  struct Scratch {
+    NodeSort sort;
+    std::vector<std::int32_t> heights;
+    SheetScratch sheets;
+    std::vector<NodeSheet> found;
+  };
+  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
+  std::vector<std::vector<Sheet>> by_bin(bins.bins().size());
+  const auto tile_of = [&](BinId id) {
+    const CellBox box = grid.box_of(id);
+    return static_cast<std::size_t>(context.table.index_of(context.table.layout().grid.tile_of({box.col0, box.row0})));
+  };
+  context.progress.begin("above", bins.counts().points, "points");
+  context.threads.for_each(by_bin.size(), [&](std::size_t k, int worker) {
+    if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in above");
+    const PointBins::Bin& bin = bins.bins()[k];
+    Scratch& s = scratch[static_cast<std::size_t>(worker)];
+    s.sort.sort(bin, grid);
+    TerrainTile& tile = tiles[tile_of(bin.id)];
+    const CellBox box = grid.box_of(bin.id);
+    std::size_t at = 0;
+    for (std::int32_t row = box.row0; row < box.row1; ++row)
+      for (std::int32_t col = box.col0; col < box.col1; ++col)
+        for (std::uint8_t t = 0; t < kTriangles; ++t) {
+          const NodePoints points = s.sort.node(at++);
+          const NodeId id{{col, row}, t};
+          NodeSurface& node = tile.nodes[tile.node_index(id)];
+          if (points.size == 0 || node.state == NodeState::kUnknown) continue;
+          const FinalPlane surface = surface_of(tile, id);
+          const std::int32_t limit_mm = node.terrain_mm;
+          heights_over(points, surface, rules.r_mm(), s.heights);
+          const NodeLayers layers = node_layers(s.heights, limit_mm);
+          node.roughness_mm = layers.roughness_mm;
+          if (layers.clearance_mm != kNoneAbove)
+            node.clearance_mm = static_cast<std::uint16_t>(std::min(layers.clearance_mm, kNothingAbove - 1));
+          find_sheets(points, s.heights, t, surface, limit_mm, rules, s.sheets, s.found);
+          for (std::size_t i = 0; i < s.found.size(); ++i)
+            by_bin[k].push_back({.node = node_key(id), .ordinal = i, .sheet = s.found[i]});
+        }
+    context.progress.advance(bin.size);
+  });
+  std::vector<std::vector<Sheet>> by_tile(tiles.size());
+  for (std::size_t k = 0; k < by_bin.size(); ++k) {
+    std::vector<Sheet>& to = by_tile[tile_of(bins.bins()[k].id)];
+    to.insert(to.end(), by_bin[k].begin(), by_bin[k].end());
+  }
+  return by_tile;
+}
+
+// Calls fn(offset of the neighbour's cell from the sheet's, the neighbour).
+template <class Fn>
+void for_each_neighbour(const Sheet& sheet, const Fn& fn) {
+  const NodeId n = node_of_key(sheet.node);
+  for (const NodeOffset& o : kNeighbourTable[n.triangle])
+    fn(o, NodeId{{n.cell.col + o.col, n.cell.row + o.row}, o.triangle});
+}
+
+// Joins the sheets of a tile; writes their components.
+void link_tile(SparseField<Sheet>& field, const LevelRules& rules, TileLinks& out) {
+  const std::span<Sheet> sheets = field.values();
+  const auto inside = [&](NodeKey key) { return field.interior().contains(node_of_key(key).cell); };
+  Components components(sheets.size());
+  for (std::uint32_t i = 0; i < sheets.size(); ++i) {
+    const Sheet& a = sheets[i];
+    if (!inside(a.node)) continue;
+    for_each_neighbour(a, [&](const NodeOffset& o, NodeId n) {
+      std::uint32_t j = field.offset(n.cell);
+      for (const Sheet& b : field.cell(n.cell)) {
+        const std::uint32_t here = j++;
+        const bool inner = inside(b.node);
+        if (b.node != node_key(n) || (inner && here < i)) continue;  // every inner edge once
+        if (!compare(a.sheet.plane, b.sheet.plane, o.col * rules.r_mm(), o.row * rules.r_mm(), rules).linked) continue;
+        if (inner)
+          components.unite(i, here);
+        else
+          out.links.emplace_back(i, here);
+      }
+    });
+  }
+  for (std::uint32_t i = 0; i < sheets.size(); ++i) {
+    if (!inside(sheets[i].node)) continue;
+    const std::uint32_t root = components.find(i);  // the smallest member
+    sheets[i].component = {sheets[root].node, sheets[root].ordinal};
+    if (root == i) out.components.push_back({sheets[i].component});
+  }
+}
+
+// What this tile knows of the components: their nodes inside it, and their edges, from its halo too, to its terrain.
+std::vector<SheetSums> sums_of(const SparseField<Sheet>& field, const TerrainTile& tile, const LevelRules& rules) {
+  const double room_mm = rules.p().upper_gap_m * 1000;
+  std::vector<SheetSums> sums;
+  for (const Sheet& s : field.values()) {
+    SheetSums own{s.component};
+    own.clear = field.interior().contains(node_of_key(s.node).cell) && std::abs(s.sheet.above_mm) > room_mm;
+    for_each_neighbour(s, [&](const NodeOffset& o, NodeId n) {
+      if (!field.interior().contains(n.cell) || tile.nodes[tile.node_index(n)].state != NodeState::kObserved) return;
+      const LevelNode terrain = surface_node(n.triangle, surface_of(tile, n), rules.r_mm());
+      own.joints += compare(s.sheet.plane, terrain, o.col * rules.r_mm(), o.row * rules.r_mm(), rules).linked;
+    });
+    if (own.clear || own.joints) sums.push_back(own);
+  }
+  std::sort(sums.begin(), sums.end(), [](const auto& a, const auto& b) { return a.component < b.component; });
+  std::vector<SheetSums> merged;
+  for (const SheetSums& s : sums)
+    if (!merged.empty() && merged.back().component == s.component)
+      merged.back().clear += s.clear, merged.back().joints += s.joints;
+    else
+      merged.push_back(s);
+  return merged;
+}
+
+}  // namespace
+
+void above_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid,
+                std::vector<TerrainTile>& tiles) {
+  const TileTable& table = context.table;
+  const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false, true);
+  std::vector<std::vector<Sheet>> found = look_above(context, bins, grid, rules, tiles);
+
+  SparseFields<Sheet> sheets(tiles.size());
+  context.for_each_tile("sheets", [&](std::size_t i, int) {
+    sheets[i] = SparseField<Sheet>(table.tiles()[i].box, kLinkHalo);
+    sheets[i].assign(std::move(found[i]));
+  });
+  exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);
+  std::vector<TileLinks> linked(tiles.size());
+  context.for_each_tile("link sheets", [&](std::size_t i, int) { link_tile(sheets[i], rules, linked[i]); });
+  exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);  // the components this time
+
+  std::vector<std::vector<SheetComponent>> components(tiles.size());
+  std::vector<std::vector<SheetLink>> links(tiles.size());
+  std::vector<std::vector<SheetSums>> sums(tiles.size());
+  context.for_each_tile("join sheets", [&](std::size_t i, int) {
+    const std::span<const Sheet> here = std::as_const(sheets[i]).values();
+    components[i] = std::move(linked[i].components);
+    for (const auto& [a, b] : linked[i].links) links[i].push_back({here[a].component, here[b].component});
+    sort_unique(links[i]);
+    sums[i] = sums_of(sheets[i], tiles[i], rules);
+  });
+  const MergedComponents<SheetId> merged(gather_all(context.ranks, components), gather_all(context.ranks, links));
+  std::vector<SheetSums> total(merged.size());
+  for (const SheetSums& s : gather_all(context.ranks, sums)) {
+    SheetSums& to = total[merged.root(s.component)];
+    to.clear += s.clear;
+    to.joints += s.joints;
+  }
+
+  context.for_each_tile("upper", [&](std::size_t i, int) {
+    TerrainTile& tile = tiles[i];
+    for (const Sheet& s : std::as_const(sheets[i]).values()) {
+      const NodeId id = node_of_key(s.node);
+      if (!sheets[i].interior().contains(id.cell)) continue;
+      const SheetSums& whole = total[merged.root(s.component)];
+      if (whole.clear < static_cast<std::uint64_t>(rules.p().upper_nodes)) continue;
+      const LevelNode& plane = s.sheet.plane;
+      tile.upper.push_back({static_cast<std::uint32_t>(tile.node_index(id)), height_at_centre_mm(plane), plane.slope_x,
+                            plane.slope_y, plane.sd_mm, plane.count,
+                            whole.joints >= kJoints ? UpperKind::kReachable : UpperKind::kDetached});
+    }
+    std::sort(tile.upper.begin(), tile.upper.end(), [](const UpperNode& a, const UpperNode& b) {
+      return std::tie(a.node, a.z_mm) < std::tie(b.node, b.z_mm);
+    });
+  });
+}
+
+}  // namespace btms

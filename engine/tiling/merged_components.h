@@ -1,0 +1,63 @@
+// Components found tile by tile, joined over borders. Global and small: it sees ids and links only, and every rank
+// works out the same. Ids are what a component is called in its tile (the smallest member's).
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "engine/terrain/components.h"
+#include "engine/tiling/executor.h"
+
+namespace btms {
+
+// Two components that an edge over a border joins.
+template <class Id>
+struct ComponentLink {
+  Id a, b;
+  friend auto operator<=>(const ComponentLink&, const ComponentLink&) = default;
+};
+
+// Both tiles of a border find its edges, and most of them many times.
+template <class Id>
+void sort_unique(std::vector<ComponentLink<Id>>& links) {
+  std::sort(links.begin(), links.end());
+  links.erase(std::unique(links.begin(), links.end()), links.end());
+}
+
+// What all tiles of all ranks have, in one list.
+template <class T>
+std::vector<T> gather_all(Ranks& ranks, const std::vector<std::vector<T>>& by_tile) {
+  std::vector<T> mine;
+  for (const std::vector<T>& list : by_tile) mine.insert(mine.end(), list.begin(), list.end());
+  return ranks.gather(mine);
+}
+
+template <class Id>
+class MergedComponents {
+ public:
+  // All components, each once and in any order (anything with an `id`), and the links between them.
+  template <class Component>
+  MergedComponents(const std::vector<Component>& components, const std::vector<ComponentLink<Id>>& links)
+      : root_(components.size()) {
+    for (const Component& c : components) ids_.push_back(c.id);
+    std::sort(ids_.begin(), ids_.end());
+    Components merged(ids_.size());
+    for (const auto& link : links) merged.unite(index(link.a), index(link.b));
+    for (std::size_t i = 0; i < ids_.size(); ++i) root_[i] = merged.find(static_cast<std::uint32_t>(i));
+  }
+
+  std::size_t size() const { return ids_.size(); }
+  // What a component became part of; is_root(i): it stands for the whole. Precondition: id is one of the ids.
+  std::uint32_t root(const Id& id) const { return root_[index(id)]; }
+  bool is_root(std::size_t i) const { return root_[i] == i; }
+
+ private:
+  std::uint32_t index(const Id& id) const {
+    return static_cast<std::uint32_t>(std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin());
+  }
+  std::vector<Id> ids_;
+  std::vector<std::uint32_t> root_;
+};
+
+}  // namespace btms

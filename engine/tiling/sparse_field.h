@@ -1,0 +1,111 @@
+// Values at a few nodes of a tile and its halo, any number at one node; and the exchange that fills halos. What
+// tile_field.h is for values at every node.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "engine/tiling/executor.h"
+#include "engine/tiling/tile_table.h"
+
+namespace btms {
+
+// T is trivially copyable, has a `NodeKey node`, and is ordered by it first.
+template <class T>
+class SparseField {
+ public:
+  SparseField() = default;
+  SparseField(const CellBox& interior, std::int32_t halo) : interior_(interior), held_(interior.grown(halo)) {}
+
+  const CellBox& interior() const { return interior_; }
+  const CellBox& held() const { return held_; }
+
+  // Sorts what is given; interior and halo.
+  void assign(std::vector<T> values) {
+    values_ = std::move(values);
+    std::sort(values_.begin(), values_.end());
+    begin_.assign(static_cast<std::size_t>(held_.cells()) + 1, 0);
+    for (const T& v : values_) ++begin_[cell_index(node_of_key(v.node).cell) + 1];
+    for (std::size_t k = 1; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
+  }
+
+  std::span<T> values() { return values_; }
+  std::span<const T> values() const { return values_; }
+  // The values of the nodes of a cell. Precondition: held() contains it.
+  std::span<const T> cell(Cell c) const {
+    const std::size_t k = cell_index(c);
+    return std::span<const T>(values_).subspan(begin_[k], begin_[k + 1] - begin_[k]);
+  }
+  // Position in values() of the first of them.
+  std::uint32_t offset(Cell c) const { return begin_[cell_index(c)]; }
+
+  void append(const CellBox& box, std::vector<T>& out) const {
+    for (std::int32_t row = box.row0; row < box.row1; ++row)
+      for (std::int32_t col = box.col0; col < box.col1; ++col) {
+        const auto values = cell({col, row});
+        out.insert(out.end(), values.begin(), values.end());
+      }
+  }
+
+ private:
+  std::size_t cell_index(Cell c) const {
+    return static_cast<std::size_t>((std::int64_t{c.row} - held_.row0) * held_.cols() + (c.col - held_.col0));
+  }
+
+  CellBox interior_, held_;
+  std::vector<T> values_;
+  std::vector<std::uint32_t> begin_;  // per cell of held(), and one more
+};
+
+template <class T>
+using SparseFields = std::vector<SparseField<T>>;
+
+// Fills the innermost `rings` rings of every halo with copies of the neighbours' interiors; what a halo held before is
+// forgotten. Collective.
+template <class T>
+void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t rings, const Threads& threads,
+                   Ranks& ranks) {
+  const auto& tiles = table.tiles();
+  const auto mine = [&](std::size_t i) { return tiles[i].owner == ranks.rank(); };
+  std::vector<std::vector<T>> filled(tiles.size());
+  threads.for_each(tiles.size(), [&](std::size_t i, int) {
+    if (!mine(i)) return;
+    table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& part) {
+      if (mine(j)) fields[j].append(part, filled[i]);
+    });
+  });
+  if (ranks.size() > 1) {
+    struct Addressed {
+      std::uint64_t tile;
+      T value;
+    };
+    std::vector<Bytes> out(static_cast<std::size_t>(ranks.size()));
+    std::vector<T> strip;
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      if (mine(i)) continue;
+      strip.clear();
+      table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& part) {
+        if (mine(j)) fields[j].append(part, strip);
+      });
+      Bytes& to = out[static_cast<std::size_t>(tiles[i].owner)];
+      for (const T& value : strip) {
+        const Addressed a{i, value};
+        const auto* raw = reinterpret_cast<const std::uint8_t*>(&a);
+        to.insert(to.end(), raw, raw + sizeof a);
+      }
+    }
+    for (const Bytes& in : ranks.exchange(std::move(out)))
+      for (std::size_t at = 0; at < in.size(); at += sizeof(Addressed)) {
+        Addressed a;
+        std::memcpy(&a, in.data() + at, sizeof a);
+        filled[static_cast<std::size_t>(a.tile)].push_back(a.value);
+      }
+  }
+  threads.for_each(tiles.size(), [&](std::size_t i, int) {
+    if (mine(i)) fields[i].assign(std::move(filled[i]));
+  });
+}
+
+}  // namespace btms
