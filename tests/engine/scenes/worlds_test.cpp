@@ -181,6 +181,38 @@ TEST(Bumpy, HasMoundsAndPitsEverywhere) {
   EXPECT_LT(ranges.back(), 4);
 }
 
+TEST(Forest, IsDenseSteepAndRough) {
+  Census forest("forest", 2'000'000, 25);
+  EXPECT_GT(forest.share[SceneClass::kGround], 0.15);
+  EXPECT_LT(forest.share[SceneClass::kGround], 0.3);
+  EXPECT_GT(forest.share[SceneClass::kLowVegetation], 0.02);
+  EXPECT_GT(forest.share[SceneClass::kUnclassified], 0.001);
+  // Slopes over 20 m.
+  std::vector<double> slopes;
+  for (double x = 20; x < forest.scene->width_m() - 20; x += 7)
+    for (double y = 20; y < forest.scene->height_m() - 20; y += 7) {
+      const double dx = (forest.ground(x + 10, y) - forest.ground(x - 10, y)) / 20;
+      const double dy = (forest.ground(x, y + 10) - forest.ground(x, y - 10)) / 20;
+      slopes.push_back(std::sqrt(dx * dx + dy * dy));
+    }
+  std::sort(slopes.begin(), slopes.end());
+  EXPECT_GT(slopes[slopes.size() / 10], 0.17);
+  EXPECT_GT(slopes[slopes.size() / 2], 0.35);
+  EXPECT_LT(slopes[slopes.size() * 99 / 100], 0.75);
+  // Ground points are uneven: shares per square of 10 m.
+  std::map<std::pair<std::int64_t, std::int64_t>, std::pair<double, double>> cells;
+  for (const ScenePoint& p : forest.points) {
+    auto& [ground, all] = cells[{p.x_mm / 10'000, p.y_mm / 10'000}];
+    ground += p.label == SceneClass::kGround;
+    all += 1;
+  }
+  std::vector<double> shares;
+  for (const auto& [cell, c] : cells) shares.push_back(c.first / c.second);
+  std::sort(shares.begin(), shares.end());
+  EXPECT_LT(shares[shares.size() / 10], 0.08);
+  EXPECT_GT(shares[shares.size() * 9 / 10], 0.3);
+}
+
 TEST(Indoor, HasACeilingOverTwoLevels) {
   Census storey("indoor", 1'000'000, 400);
   EXPECT_GT(storey.share[SceneClass::kCeiling], 0.4);
