@@ -55,7 +55,7 @@ struct Stack {
 // The top of an object in absolute height where it stands clear of the ground.
 std::optional<double> top_z(const Object& o, double x_m, double y_m, double ground_m) {
   const std::optional<double> z = absolute_top(o, x_m, y_m, ground_m);
-  return z && *z > ground_m + 0.03 ? z : std::nullopt;
+  return z && *z > ground_m + kClear_m ? z : std::nullopt;
 }
 
 // What a pulse that gets as far as `floor` returns from the objects above it.
@@ -177,15 +177,17 @@ void AirborneScene::generate(std::size_t block, std::vector<ScenePoint>& points)
       std::int64_t hit_x_mm = x_mm;
       Hit hit{ground, SceneClass::kGround};
       if (survey_.slanted) {
-        const double below = world_->from_below(x, y), lean = slant(x);
-        const bool decks = below == 0 || !random.chance(below);
-        const auto stop = stopped(*world_, solids, solid_grid.near(x, y), {x, y, ground, lean, decks});
-        if (stop) {
-          hit_x_mm += nearest(lean * stop->up_m * 1000);
-          if (hit_x_mm < 0 || hit_x_mm >= edge_mm_) continue;
-          hit = stop->object ? Hit{ground + stop->up_m, stop->object->label}
-                             : Hit{world_->ground_m(mm(hit_x_mm), y), SceneClass::kGround};
-        }
+        const double share = world_->from_below(x, y);
+        const bool decks = share == 0 || !random.chance(share);
+        const auto aim = [&](double lean) {
+          const auto stop = stopped(*world_, solids, solid_grid.near(x, y), {x, y, ground, lean, decks});
+          hit_x_mm = stop ? x_mm + nearest(lean * stop->up_m * 1000) : x_mm;
+          const bool object = stop && stop->object;
+          hit = {stop ? ground + stop->up_m : ground, object ? stop->object->label : SceneClass::kGround};
+        };
+        aim(slant(x));
+        if (hit_x_mm < 0 || hit_x_mm >= edge_mm_) aim(0);  // nothing lies outside the area
+        if (hit.label == SceneClass::kGround) hit.z_m = world_->ground_m(mm(hit_x_mm), y);
       }
       const double hit_x = mm(hit_x_mm), below = hit_x_mm == x_mm ? ground : world_->ground_m(hit_x, y);
       hit = pulse(hit_x, y, below, hit, objects, grid.near(hit_x, y), random);

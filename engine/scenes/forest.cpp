@@ -5,13 +5,14 @@
 #include "engine/scenes/greenery.h"
 #include "engine/scenes/noise.h"
 #include "engine/scenes/scatter.h"
+#include "engine/scenes/valleys.h"
 #include "engine/scenes/world.h"
 
 namespace btms {
 namespace {
 
 constexpr double kValley_m = 560;                // from a valley to the next
-constexpr double kSlope = 0.44, kRounded = 0.1;  // of the valley sides; the share of a side that its ends take
+constexpr double kSlope = 0.44, kRounded = 0.1;  // of the valleys' sides
 constexpr double kPitCell_m = 14;
 
 class Forest final : public World {
@@ -29,8 +30,7 @@ class Forest final : public World {
         light_(seed_ + 8, 16) {}
 
   double ground_m(double x, double y) const override {
-    const double p = (0.8 * x + 0.6 * y + 45 * bend_.at(x, y)) / kValley_m;
-    const double side = ends_rounded(2 * std::abs(p - std::floor(p) - 0.5)) * kValley_m / 2;
+    const double side = valley_side(0.8 * x + 0.6 * y + 45 * bend_.at(x, y), kValley_m, kRounded);
     // Half a wavelength lies between two values of the noise.
     const double floor = 0.25 * wide_.at(x, y) + 0.14 * middle_.at(x, y) + 0.06 * narrow_.at(x, y);
     return 400 + kSlope * side + 4.5 * spur_.at(x, y) + 0.6 * knoll_.at(x, y) + floor - pit_m(x, y);
@@ -57,12 +57,6 @@ class Forest final : public World {
   Survey survey() const override { return {.density_per_m2 = 25, .deviation_m = 0.045}; }
 
  private:
-  // 0 -> r / 2, 1 -> 1 - r / 2, straight between r and 1 - r, level at both ends.
-  static double ends_rounded(double t) {
-    const double r = kRounded;
-    return t < r ? t * t / (2 * r) + r / 2 : t > 1 - r ? 1 - r / 2 - (1 - t) * (1 - t) / (2 * r) : t;
-  }
-
   // The hole that the roots of a fallen tree left, in one cell of three.
   double pit_m(double x, double y) const {
     const auto i = static_cast<std::int64_t>(std::floor(x / kPitCell_m));

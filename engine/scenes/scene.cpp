@@ -13,8 +13,9 @@ struct Row {
 };
 
 constexpr Row kTable[] = {
-    {"city", make_city},   {"hills", make_hills},   {"quarry", make_quarry},
-    {"bumpy", make_bumpy}, {"indoor", make_indoor}, {"forest", make_forest},
+    {"city", make_city},   {"hills", make_hills},       {"quarry", make_quarry},
+    {"bumpy", make_bumpy}, {"indoor", make_indoor},     {"forest", make_forest},
+    {"halls", make_halls}, {"hillside", make_hillside}, {"overpass", make_overpass},
 };
 
 }  // namespace

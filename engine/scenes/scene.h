@@ -1,4 +1,5 @@
-// Synthetic worlds with an exact analytic surface and labels: city, hills, quarry, bumpy, indoor, forest.
+// Synthetic worlds with an exact analytic surface and labels: city, hills, quarry, bumpy, indoor, forest,
+// halls, hillside, overpass.
 //
 // A scene is a pure function of its name, seed and size: the same points on every machine (no libm transcendental, no
 // std:: distribution, whose output differs between libraries; no contraction of a * b + c).
@@ -37,8 +38,8 @@ struct ScenePoint {
 struct SceneOptions {
   std::string name = "city";
   std::uint64_t seed = 1;
-  std::optional<double> density_per_m2 =
-      std::nullopt;                       // pulses per square metre (default: the scene's own, 10; forest 25)
+  // Pulses per square metre, before occlusion (default: the scene's own, 10; forest 25).
+  std::optional<double> density_per_m2 = std::nullopt;
   std::uint64_t points = 1'000'000;       // the scene's area follows: points / density
   double origin_x_m = 0, origin_y_m = 0;  // south-west corner in the map frame
 };
@@ -52,7 +53,7 @@ enum class Stratum : std::uint8_t {
   kBehindWall,     // open, but in the shadow of a wall, a cliff or a car for pulses that come slant() off plumb
   kUnderVehicle,   // or another small solid thing: boulder, log, furniture
   kUnderBuilding,  // walls count too
-  kUnderBridge,    // a deck, half a metre or more above; whatever stands below it
+  kUnderBridge,    // or below another deck; whatever stands there
 };
 inline constexpr std::size_t kStrata = 7;
 
@@ -99,7 +100,8 @@ class Scene {
   // No point is further off than 3.5 deviations.
   virtual double ground_deviation_m() const = 0;
   // Appends the block's points to `points`, in scan-line order. Solid things hide the ground, plants let a part of the
-  // pulses through.
+  // pulses through. In halls, hillside and overpass pulses come slant() off plumb: they meet walls, leave shadows and
+  // get some way below decks; below some decks a vehicle has scanned the road all through.
   virtual void generate(std::size_t block, std::vector<ScenePoint>& points) const = 0;
 };
 

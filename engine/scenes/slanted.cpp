@@ -7,9 +7,9 @@ namespace btms {
 namespace {
 
 constexpr double kSteepest = 0.36, kStrip_m = 180;
-constexpr double kStep_m = 0.25;                    // up, along a pulse
-constexpr double kCliff_m = 9, kCliffStep_m = 0.4;  // the highest cliff that counts; along the ground
-constexpr double kFlat = 0.02;                      // below this there is no shadow worth a name
+constexpr double kStep_m = 0.25;                     // up, along a pulse
+constexpr double kCliff_m = 15, kCliffStep_m = 0.4;  // the highest cliff that counts; along the ground
+constexpr double kFlat = 0.02;                       // below this there is no shadow worth a name
 constexpr int kHalvings = 8;
 
 // The highest the top can be.
@@ -19,9 +19,11 @@ double highest(const Object& o, const World& world) {
   return base + o.height_m + o.rim_height_m;
 }
 
+// Whether a place in space is in an object, where that stands clear of the ground.
 bool inside(const World& world, const Object& o, double x, double y, double z) {
-  const auto top = absolute_top(o, x, y, o.follows_ground ? world.ground_m(x, y) : 0);
-  return top && z <= *top && (o.form != Form::kDeck || z >= *top - kDeckThickness_m);
+  if (!o.top(x, y)) return false;
+  const double ground = world.ground_m(x, y), top = *absolute_top(o, x, y, ground);
+  return z <= top && z >= ground && top > ground + kClear_m && (o.form != Form::kDeck || z >= top - kDeckThickness_m);
 }
 
 // Between a height along the pulse where `in` does not hold and one below where it does.
@@ -69,7 +71,7 @@ std::optional<Stop> stopped(const World& world, std::span<const Object> solids, 
     }
     const auto in = [&](double up) { return inside(world, o, x_m + slant * up, y_m, ground_m + up); };
     for (double up = high; up >= low && (!stop || up > stop->up_m); up = up > low ? std::max(low, up - kStep_m) : -1)
-      if (up > 0.03 && in(up)) {
+      if (in(up)) {
         stop = {up == high ? up : entry(up + kStep_m, up, in), &o};
         break;
       }

@@ -17,6 +17,8 @@ double slant(double x_m);
 // Solid things stop every pulse and have walls down to the ground (a deck: its own thickness).
 bool is_solid(const Object& o);
 inline constexpr double kDeckThickness_m = 0.9;
+// What rises less above the ground is not there.
+inline constexpr double kClear_m = 0.03;
 // A pulse meets nothing further away from its place on the ground than this.
 inline constexpr double kSlantReach_m = 8;
 

@@ -13,7 +13,6 @@ constexpr double kRise_m = 0.4;   // of a hollow's rim
 constexpr double kUpper_m = 0.5;  // clearance of a second surface
 constexpr double kStep_m = 0.5;   // height of a step, and how near it is
 constexpr double kFace_m = 0.125;
-constexpr double kClear_m = 0.03;
 
 std::vector<Object> objects_in(const World& world, const Box& box, bool solid) {
   std::vector<Object> all, some;
@@ -64,11 +63,10 @@ PlaceTruth TruthBox::at(double x_m, double y_m) const {
   for (const std::uint32_t i : other_grid_.near(x_m, y_m)) visit(others_[i]);
   truth.at_step = at_step(x_m, y_m, ground);
 
-  const SceneClass cover = truth.cover == SceneClass::kBridgeDeck ? SceneClass::kGround : truth.cover;  // its end
-  if (truth.upper_z_m)
+  if (truth.upper_z_m || truth.cover == SceneClass::kBridgeDeck)
     truth.stratum = Stratum::kUnderBridge;
-  else if (cover != SceneClass::kGround)
-    truth.stratum = under(cover);
+  else if (truth.cover != SceneClass::kGround)
+    truth.stratum = under(truth.cover);
   else if (stopped(world_, solids_, near, {x_m, y_m, ground, slant(x_m)}))
     truth.stratum = Stratum::kBehindWall;
   const bool seen = truth.stratum == Stratum::kOpen || truth.stratum == Stratum::kUnderPlants;

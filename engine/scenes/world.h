@@ -36,6 +36,9 @@ std::unique_ptr<World> make_quarry(std::uint64_t seed);
 std::unique_ptr<World> make_bumpy(std::uint64_t seed);
 std::unique_ptr<World> make_indoor(std::uint64_t seed);
 std::unique_ptr<World> make_forest(std::uint64_t seed);
+std::unique_ptr<World> make_halls(std::uint64_t seed);
+std::unique_ptr<World> make_hillside(std::uint64_t seed);
+std::unique_ptr<World> make_overpass(std::uint64_t seed);
 
 // Collects the objects that meet a box; the ground below one is asked for only when it is kept.
 class Placer {
