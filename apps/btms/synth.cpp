@@ -5,12 +5,11 @@
 #include <filesystem>
 
 #include "apps/btms/command.h"
-#include "apps/btms/coordinates.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/reference_system.h"
+#include "apps/btms/scene_options.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
-#include "engine/scenes/scene.h"
 #include "io/points/las_writer.h"
 
 namespace btms {
@@ -20,8 +19,8 @@ namespace fs = std::filesystem;
 
 struct SynthCommand {
   CommonOptions common;
-  SceneOptions scene;
-  std::string origin = "0,0", crs, output;
+  SceneArguments arguments;
+  std::string crs, output;
   std::size_t files = 1;
   bool force = false;
 };
@@ -63,8 +62,12 @@ void print_synth(const SynthCommand& command, const Scene& scene, const std::vec
   std::uint64_t points = 0;
   for (const WrittenFile& file : files) points += file.points;
   if (command.common.json) {
-    Json json{{"scene", command.scene.name}, {"seed", command.scene.seed},   {"points", points},
-              {"width_m", scene.width_m()},  {"height_m", scene.height_m()}, {"seconds", tidy(seconds)}};
+    Json json{{"scene", command.arguments.scene.name},
+              {"seed", command.arguments.scene.seed},
+              {"points", points},
+              {"width_m", scene.width_m()},
+              {"height_m", scene.height_m()},
+              {"seconds", tidy(seconds)}};
     json["files"] = Json::array();
     for (const WrittenFile& file : files)
       json["files"].push_back({{"path", file.path.string()}, {"points", file.points}});
@@ -76,11 +79,8 @@ void print_synth(const SynthCommand& command, const Scene& scene, const std::vec
                          seconds_text(seconds)));
 }
 
-int run_synth(SynthCommand& command) {
-  const Place origin = parse_place(command.origin, "--origin");
-  command.scene.origin_x_m = origin.x_m;
-  command.scene.origin_y_m = origin.y_m;
-  const auto scene = Scene::create(command.scene);
+int run_synth(const SynthCommand& command) {
+  const auto scene = command.arguments.create();
   if (command.files > scene->blocks())
     throw Error(
         ErrorCode::kUsage,
@@ -89,8 +89,8 @@ int run_synth(SynthCommand& command) {
   std::vector<fs::path> paths;
   for (std::size_t k = 0; k < command.files; ++k)
     paths.push_back(fs::path(command.output) / (command.files == 1
-                                                    ? command.scene.name + ".las"
-                                                    : fmt::format("{}_{:03}.las", command.scene.name, k)));
+                                                    ? command.arguments.scene.name + ".las"
+                                                    : fmt::format("{}_{:03}.las", command.arguments.scene.name, k)));
   refuse_existing(paths, command.force);
   std::error_code error;
   fs::create_directories(command.output, error);
@@ -99,7 +99,7 @@ int run_synth(SynthCommand& command) {
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
   ProgressDisplay progress(command.common.progress_style());
-  progress.begin("synth", command.scene.points, "points");
+  progress.begin("synth", command.arguments.scene.points, "points");
   const auto begun = std::chrono::steady_clock::now();
   std::vector<WrittenFile> files;
   for (std::size_t k = 0; k < command.files; ++k) {
@@ -123,12 +123,6 @@ constexpr const char* kFooter =
     "The class of every point is its truth (2 is ground), for `btms eval`. Equal options give equal bytes, on any\n"
     "machine and with any number of threads. The scene's area follows from --points and --density.";
 
-std::string scene_list() {
-  std::string text;
-  for (const std::string& name : Scene::names()) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 }  // namespace
 
 Command add_synth(CLI::App& btms) {
@@ -138,15 +132,10 @@ Command add_synth(CLI::App& btms) {
   app->add_option("-o,--output", command->output, "Folder for the tiles; made when missing")
       ->required()
       ->type_name("DIR");
-  app->add_option("--scene", command->scene.name, "One of " + scene_list())->type_name("NAME");
-  app->add_option("--points", command->scene.points, "Points, about")
+  add_scene_options(*app, command->arguments, "");
+  app->add_option("--points", command->arguments.scene.points, "Points, about")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40))
       ->type_name("N");
-  app->add_option("--density", command->scene.density_per_m2, "Points per square metre")
-      ->check(CLI::Range(0.01, 10000.0))
-      ->type_name("D");
-  app->add_option("--seed", command->scene.seed, "Another seed, another world")->type_name("S");
-  app->add_option("--origin", command->origin, "South-west corner in metres")->type_name("X,Y");
   app->add_option("--files", command->files, "Tiles to split the world into")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1000}))
       ->type_name("K");

@@ -9,12 +9,14 @@
 #include "engine/lattice/coordinates.h"
 #include "engine/scenes/object_grid.h"
 #include "engine/scenes/random.h"
+#include "engine/scenes/slanted.h"
+#include "engine/scenes/truth.h"
 
 namespace btms {
 namespace {
 
 constexpr std::int64_t kBlock_mm = 64'000;
-constexpr double kRangeNoise_m = 0.02;
+constexpr double kRangeNoise_m = 0.02;  // on things
 constexpr double kLowNoiseShare = 5e-6;
 // Slanted pulses reach walls: this share of those that land this close to a building.
 constexpr double kWallReach_m = 0.2, kWallShare = 0.3;
@@ -52,21 +54,21 @@ struct Stack {
 
 // The top of an object in absolute height where it stands clear of the ground.
 std::optional<double> top_z(const Object& o, double x_m, double y_m, double ground_m) {
-  const std::optional<double> top = o.top(x_m, y_m);
-  if (!top) return std::nullopt;
-  const double z = o.form == Form::kDeck ? *top : *top + (o.follows_ground ? ground_m : o.base_m);
-  return z > ground_m + 0.03 ? std::optional(z) : std::nullopt;
+  const std::optional<double> z = absolute_top(o, x_m, y_m, ground_m);
+  return z && *z > ground_m + kClear_m ? z : std::nullopt;
 }
 
-Hit pulse(double x_m, double y_m, double ground_m, std::span<const Object> objects, std::span<const std::uint32_t> near,
-          Random& random) {
+// What a pulse that gets as far as `floor` returns from the objects above it.
+Hit pulse(double x_m, double y_m, double ground_m, const Hit& floor, std::span<const Object> objects,
+          std::span<const std::uint32_t> near, Random& random) {
   Stack stack;
   for (const std::uint32_t i : near) {
     const Object& o = objects[i];
-    if (const auto z = top_z(o, x_m, y_m, ground_m)) {
-      const double low = std::max(ground_m, *z - o.scatter_m);
+    if (const auto z = top_z(o, x_m, y_m, ground_m); z && *z > floor.z_m) {
+      const double low = std::max(floor.z_m, *z - o.scatter_m);
       stack.insert({*z, low, &o});
-    } else if (o.label == SceneClass::kBuilding && o.beside(x_m, y_m, kWallReach_m) && random.chance(kWallShare)) {
+    } else if (!z && o.label == SceneClass::kBuilding && o.beside(x_m, y_m, kWallReach_m) &&
+               random.chance(kWallShare)) {
       const double eaves = o.base_m + (o.eaves_m > 0 ? o.eaves_m : o.height_m);
       if (eaves > ground_m) stack.insert({random.uniform(ground_m, eaves), eaves, nullptr});
     }
@@ -79,13 +81,16 @@ Hit pulse(double x_m, double y_m, double ground_m, std::span<const Object> objec
     const double u = random.uniform();
     return {z - (z - low) * u * u, object->label};
   }
-  return {ground_m, SceneClass::kGround};
+  return floor;
 }
 
 }  // namespace
 
 AirborneScene::AirborneScene(const SceneOptions& options, std::unique_ptr<World> world)
-    : world_(std::move(world)), seed_(options.seed), density_per_m2_(options.density_per_m2) {
+    : world_(std::move(world)),
+      survey_(world_->survey()),
+      seed_(options.seed),
+      density_per_m2_(options.density_per_m2.value_or(survey_.density_per_m2)) {
   if (!(density_per_m2_ >= 0.01 && density_per_m2_ <= 1e4))
     throw Error(ErrorCode::kUsage, "density " + std::to_string(density_per_m2_) + " is outside 0.01..10000 per m2");
   if (options.points == 0) throw Error(ErrorCode::kUsage, "a scene needs at least one point");
@@ -119,6 +124,19 @@ SceneClass AirborneScene::cover(double x_m, double y_m) const {
   return highest.label;
 }
 
+void AirborneScene::truth(std::span<const ScenePlace> places, std::span<PlaceTruth> truths) const {
+  if (places.empty()) return;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Box box{kInfinity, kInfinity, -kInfinity, -kInfinity};
+  std::vector<ScenePlace> local(places.begin(), places.end());
+  for (ScenePlace& p : local) {
+    p = {local_m(p.x_m, origin_x_mm_), local_m(p.y_m, origin_y_mm_)};
+    box = {std::min(box.x0_m, p.x_m), std::min(box.y0_m, p.y_m), std::max(box.x1_m, p.x_m), std::max(box.y1_m, p.y_m)};
+  }
+  const TruthBox known(*world_, box);
+  for (std::size_t i = 0; i < local.size(); ++i) truths[i] = known.at(local[i].x_m, local[i].y_m);
+}
+
 void AirborneScene::generate(std::size_t block, std::vector<ScenePoint>& points) const {
   const auto column = static_cast<std::int64_t>(block % blocks_per_row_);
   const auto row = static_cast<std::int64_t>(block / blocks_per_row_);
@@ -127,9 +145,17 @@ void AirborneScene::generate(std::size_t block, std::vector<ScenePoint>& points)
   const auto mm = [](std::int64_t v) { return static_cast<double>(v) / 1000; };
   const Box box{mm(x0), mm(y0), mm(x1), mm(y1)};
 
-  std::vector<Object> objects;
-  world_->place(box.grown(kWallReach_m * 2), objects);
-  const ObjectGrid grid(box, objects, kWallReach_m);
+  // Plumb pulses meet everything in turn; slanted ones first what is solid.
+  const double reach = survey_.slanted ? kSlantReach_m : kWallReach_m;
+  std::vector<Object> objects, solids;
+  world_->place(box.grown(reach * 2), objects);
+  if (survey_.slanted) {
+    const auto middle = std::stable_partition(objects.begin(), objects.end(), [](auto& o) { return !is_solid(o); });
+    solids.assign(middle, objects.end());
+    objects.erase(middle, objects.end());
+  }
+  const Box wide = survey_.slanted ? box.grown(reach) : box;
+  const ObjectGrid grid(wide, objects, kWallReach_m), solid_grid(wide, solids, reach);
 
   const double per_m = std::sqrt(density_per_m2_), width = box.x1_m - box.x0_m, height = box.y1_m - box.y0_m;
   const std::int64_t lines = std::max<std::int64_t>(1, nearest(height * per_m));
@@ -148,11 +174,27 @@ void AirborneScene::generate(std::size_t block, std::vector<ScenePoint>& points)
       const std::int64_t x_mm = x0 + static_cast<std::int64_t>((static_cast<double>(along) + jx) * step_x);
       const std::int64_t y_mm = y0 + static_cast<std::int64_t>((static_cast<double>(line) + jy) * step_y);
       const double x = mm(x_mm), y = mm(y_mm), ground = world_->ground_m(x, y);
-      Hit hit = pulse(x, y, ground, objects, grid.near(x, y), random);
-      if (random.chance(kLowNoiseShare)) hit = {ground - random.uniform(0.5, 5), SceneClass::kLowNoise};
-      points.push_back({x_mm + origin_x_mm_, y_mm + origin_y_mm_,
-                        static_cast<std::int32_t>(nearest((hit.z_m + kRangeNoise_m * random.bell()) * 1000)),
-                        hit.label});
+      std::int64_t hit_x_mm = x_mm;
+      Hit hit{ground, SceneClass::kGround};
+      if (survey_.slanted) {
+        const double share = world_->from_below(x, y);
+        const bool decks = share == 0 || !random.chance(share);
+        const auto aim = [&](double lean) {
+          const auto stop = stopped(*world_, solids, solid_grid.near(x, y), {x, y, ground, lean, decks});
+          hit_x_mm = stop ? x_mm + nearest(lean * stop->up_m * 1000) : x_mm;
+          const bool object = stop && stop->object;
+          hit = {stop ? ground + stop->up_m : ground, object ? stop->object->label : SceneClass::kGround};
+        };
+        aim(slant(x));
+        if (hit_x_mm < 0 || hit_x_mm >= edge_mm_) aim(0);  // nothing lies outside the area
+        if (hit.label == SceneClass::kGround) hit.z_m = world_->ground_m(mm(hit_x_mm), y);
+      }
+      const double hit_x = mm(hit_x_mm), below = hit_x_mm == x_mm ? ground : world_->ground_m(hit_x, y);
+      hit = pulse(hit_x, y, below, hit, objects, grid.near(hit_x, y), random);
+      if (random.chance(kLowNoiseShare)) hit = {below - random.uniform(0.5, 5), SceneClass::kLowNoise};
+      const double deviation = hit.label == SceneClass::kGround ? survey_.deviation_m : kRangeNoise_m;
+      points.push_back({hit_x_mm + origin_x_mm_, y_mm + origin_y_mm_,
+                        static_cast<std::int32_t>(nearest((hit.z_m + deviation * random.bell()) * 1000)), hit.label});
     }
 }
 

@@ -5,6 +5,7 @@
 
 #include "engine/scenes/city.h"
 #include "engine/scenes/greenery.h"
+#include "engine/scenes/traffic.h"
 
 namespace btms {
 namespace {
@@ -189,20 +190,12 @@ class Builder {
     }
   }
 
-  void car(const Frame& place) {
-    Object o{.form = Form::kCar, .label = SceneClass::kVehicle, .follows_ground = true, .frame = place};
-    o.half_s_m = random_.uniform(1.9, 2.4);
-    o.half_t_m = random_.uniform(0.8, 0.95);
-    o.height_m = random_.uniform(1.4, 1.65);
-    o.eaves_m = o.height_m - random_.uniform(0.4, 0.6);
-    if (random_.chance(0.08)) o.eaves_m = o.height_m = random_.uniform(2, 2.9);  // vans
-    placer_.add(o);
-  }
+  void park_car(const Frame& place) { placer_.add(car(place, random_)); }
 
   // Cars side by side, nose to the south.
   void parking(double s, double t, double length_m) {
     for (double p = 0; p < length_m; p += 2.7)
-      if (random_.chance(0.6)) car(plot_.frame.moved(s + p, t, 0, 1));
+      if (random_.chance(0.6)) park_car(plot_.frame.moved(s + p, t, 0, 1));
   }
 
   // Parked cars and trees along the four streets.
@@ -219,7 +212,7 @@ class Builder {
       };
       for (double p = -half; p < half; p += random_.uniform(5.4, 7)) {
         const bool parked = random_.chance(0.5);
-        if (parked && !streets[side]->cutting) car(place(p, kPavement_m + 1.15));
+        if (parked && !streets[side]->cutting) park_car(place(p, kPavement_m + 1.15));
       }
       for (double p = -half + 3; planted && p < half; p += random_.uniform(8, 13))
         placer_.add(tree(place(p, kPavement_m - 0.8), random_, 6, 11, 0.7));

@@ -13,7 +13,9 @@ struct Row {
 };
 
 constexpr Row kTable[] = {
-    {"city", make_city}, {"hills", make_hills}, {"quarry", make_quarry}, {"bumpy", make_bumpy}, {"indoor", make_indoor},
+    {"city", make_city},   {"hills", make_hills},       {"quarry", make_quarry},
+    {"bumpy", make_bumpy}, {"indoor", make_indoor},     {"forest", make_forest},
+    {"halls", make_halls}, {"hillside", make_hillside}, {"overpass", make_overpass},
 };
 
 }  // namespace
@@ -22,6 +24,13 @@ std::vector<std::string> Scene::names() {
   std::vector<std::string> all;
   for (const Row& row : kTable) all.emplace_back(row.name);
   return all;
+}
+
+PlaceTruth Scene::truth(double x_m, double y_m) const {
+  const ScenePlace place{x_m, y_m};
+  PlaceTruth known;
+  truth({&place, 1}, {&known, 1});
+  return known;
 }
 
 std::unique_ptr<Scene> Scene::create(const SceneOptions& options) {

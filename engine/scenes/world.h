@@ -10,6 +10,13 @@
 
 namespace btms {
 
+// How a world is scanned.
+struct Survey {
+  double density_per_m2 = 10;  // unless the options say otherwise
+  double deviation_m = 0.02;   // of ground points
+  bool slanted = false;        // pulses come slant() off plumb and are stopped by walls; else plumb
+};
+
 // Immutable, thread-safe, pure in (seed, place).
 class World {
  public:
@@ -18,6 +25,9 @@ class World {
   virtual double ground_m(double x_m, double y_m) const = 0;
   // Appends every object that meets the box, in an order that does not depend on the box.
   virtual void place(const Box& box, std::vector<Object>& objects) const = 0;
+  virtual Survey survey() const { return {}; }
+  // The share of pulses that come from a vehicle below all decks.
+  virtual double from_below(double /*x_m*/, double /*y_m*/) const { return 0; }
 };
 
 std::unique_ptr<World> make_city(std::uint64_t seed);
@@ -25,6 +35,10 @@ std::unique_ptr<World> make_hills(std::uint64_t seed);
 std::unique_ptr<World> make_quarry(std::uint64_t seed);
 std::unique_ptr<World> make_bumpy(std::uint64_t seed);
 std::unique_ptr<World> make_indoor(std::uint64_t seed);
+std::unique_ptr<World> make_forest(std::uint64_t seed);
+std::unique_ptr<World> make_halls(std::uint64_t seed);
+std::unique_ptr<World> make_hillside(std::uint64_t seed);
+std::unique_ptr<World> make_overpass(std::uint64_t seed);
 
 // Collects the objects that meet a box; the ground below one is asked for only when it is kept.
 class Placer {

@@ -79,6 +79,46 @@ TEST_F(CliRoundTrip, LabelsScoreWell) {
             1.0);
 }
 
+TEST_F(CliRoundTrip, TheMapIsScoredAgainstItsScene) {
+  const std::vector<std::string> call = {"eval",   "--map",    map(),      "--scene",   "city", "--points",
+                                         "200000", "--origin", "500,-300", "--spacing", "0.9"};
+  const auto eval = run_json(call);
+  const double edge = synth_["width_m"];
+  EXPECT_NEAR(eval["all"]["places"].get<double>(), edge * edge / 0.81, 3000);  // those at steps are apart
+  EXPECT_GT(eval["all"]["complete"], 0.999);
+  EXPECT_LT(eval["strata"]["open"]["rmse_m"], 0.3);
+  EXPECT_LT(eval["strata"]["open"]["mae_m"], eval["strata"]["open"]["rmse_m"]);
+  std::size_t places = 0, of_states = 0;
+  for (const auto& [name, stratum] : eval["strata"].items()) places += stratum["places"].get<std::size_t>();
+  for (const auto& [name, state] : eval["all"]["states"].items()) of_states += state["places"].get<std::size_t>();
+  EXPECT_EQ(places, eval["all"]["places"]);
+  EXPECT_EQ(of_states, eval["all"]["known"]);
+  std::vector<std::string> serial = call, text = call, elsewhere = call;
+  serial.insert(serial.end(), {"-j", "1"});
+  EXPECT_EQ(run_json(serial), eval);
+  const Outcome table = run(call);
+  EXPECT_EQ(table.status, 0) << table.err;
+  EXPECT_NE(table.out.find("under a building"), std::string::npos);
+  // Another world's terrain is another matter, and so is a place without a map.
+  elsewhere.insert(elsewhere.end(), {"--seed", "2"});
+  EXPECT_GT(run_json(elsewhere)["all"]["rmse_m"], 0.5);
+  const auto outside = run_json({"eval", "--map", map(), "--scene", "city", "--points", "9000", "--origin", "9000,0"});
+  EXPECT_EQ(outside["all"]["complete"], 0.0);
+  EXPECT_TRUE(outside["all"]["rmse_m"].is_null());
+}
+
+TEST_F(CliRoundTrip, EvalWantsOneKindOfTruth) {
+  EXPECT_EQ(run({"eval"}).status, 2);
+  EXPECT_EQ(run({"eval", "--map", map()}).status, 2);
+  EXPECT_EQ(run({"eval", "--scene", "city"}).status, 2);
+  EXPECT_EQ(run({"eval", "--truth", in("truth")}).status, 2);
+  EXPECT_EQ(run({"eval", "--map", map(), "--scene", "atlantis"}).status, 2);
+  EXPECT_EQ(run({"eval", "--map", map(), "--scene", "city", "--truth", in("truth")}).status, 2);
+  const Outcome path = run({"eval", "--map", map(), "--scene", "city", "--points", in("truth")});
+  EXPECT_EQ(path.status, 2);
+  EXPECT_NE(path.err.find("synth"), std::string::npos);
+}
+
 TEST_F(CliRoundTrip, InfoNamesPointFilesAndMaps) {
   const auto file = run_json({"info", in("truth/city_000.las")});
   EXPECT_EQ(file["kind"], "points");

@@ -181,6 +181,99 @@ TEST(Bumpy, HasMoundsAndPitsEverywhere) {
   EXPECT_LT(ranges.back(), 4);
 }
 
+TEST(Forest, IsDenseSteepAndRough) {
+  Census forest("forest", 2'000'000, 25);
+  EXPECT_GT(forest.share[SceneClass::kGround], 0.15);
+  EXPECT_LT(forest.share[SceneClass::kGround], 0.3);
+  EXPECT_GT(forest.share[SceneClass::kLowVegetation], 0.02);
+  EXPECT_GT(forest.share[SceneClass::kUnclassified], 0.001);
+  // Slopes over 20 m.
+  std::vector<double> slopes;
+  for (double x = 20; x < forest.scene->width_m() - 20; x += 7)
+    for (double y = 20; y < forest.scene->height_m() - 20; y += 7) {
+      const double dx = (forest.ground(x + 10, y) - forest.ground(x - 10, y)) / 20;
+      const double dy = (forest.ground(x, y + 10) - forest.ground(x, y - 10)) / 20;
+      slopes.push_back(std::sqrt(dx * dx + dy * dy));
+    }
+  std::sort(slopes.begin(), slopes.end());
+  EXPECT_GT(slopes[slopes.size() / 10], 0.17);
+  EXPECT_GT(slopes[slopes.size() / 2], 0.35);
+  EXPECT_LT(slopes[slopes.size() * 99 / 100], 0.75);
+  // Ground points are uneven: shares per square of 10 m.
+  std::map<std::pair<std::int64_t, std::int64_t>, std::pair<double, double>> cells;
+  for (const ScenePoint& p : forest.points) {
+    auto& [ground, all] = cells[{p.x_mm / 10'000, p.y_mm / 10'000}];
+    ground += p.label == SceneClass::kGround;
+    all += 1;
+  }
+  std::vector<double> shares;
+  for (const auto& [cell, c] : cells) shares.push_back(c.first / c.second);
+  std::sort(shares.begin(), shares.end());
+  EXPECT_LT(shares[shares.size() / 10], 0.08);
+  EXPECT_GT(shares[shares.size() * 9 / 10], 0.3);
+}
+
+TEST(Halls, AreLargeFlatAndSomeAreFlushWithABank) {
+  Census halls("halls", 2'000'000, 10);
+  EXPECT_GT(halls.share[SceneClass::kBuilding], 0.15);
+  EXPECT_LT(halls.share[SceneClass::kBuilding], 0.5);
+  EXPECT_GT(halls.share[SceneClass::kVehicle], 0.01);
+  // Roofs that the ground reaches within 2 m to the side and 0.5 m in height; roofs that stand clear.
+  std::size_t flush = 0, clear = 0;
+  for (std::size_t i = 0; i < halls.points.size(); i += 17) {
+    const ScenePoint& p = halls.points[i];
+    const double x = static_cast<double>(p.x_mm) / 1000, y = static_cast<double>(p.y_mm) / 1000, z = p.z_mm / 1000.0;
+    if (p.label != SceneClass::kBuilding || z < halls.ground(x, y) + 7) continue;
+    double nearest = 99;
+    for (const auto& [dx, dy] : {std::pair{2.0, 0.0}, {-2.0, 0.0}, {0.0, 2.0}, {0.0, -2.0}})
+      nearest = std::min(nearest, std::abs(halls.ground(x + dx, y + dy) - z));
+    ++(nearest < 0.5 ? flush : clear);
+  }
+  EXPECT_GT(flush, 50u);
+  EXPECT_GT(clear, 20 * flush);
+}
+
+TEST(Hillside, IsDugIntoTerracedAndCrossedByARoad) {
+  Census hillside("hillside", 2'000'000, 10);
+  EXPECT_GT(hillside.share[SceneClass::kBuilding], 0.02);
+  EXPECT_GT(hillside.share[SceneClass::kGround], 0.8);
+  // Pulses that meet a roof within half a metre above the ground beside it: eaves dug in.
+  std::size_t dug_in = 0, steps = 0, places = 0;
+  for (std::size_t i = 0; i < hillside.points.size(); i += 7) {
+    const ScenePoint& p = hillside.points[i];
+    const double x = static_cast<double>(p.x_mm) / 1000, y = static_cast<double>(p.y_mm) / 1000;
+    if (p.label == SceneClass::kBuilding) dug_in += p.z_mm / 1000.0 < hillside.ground(x, y) + 0.6;
+    if (i % 5 != 0) continue;
+    ++places;
+    steps += hillside.scene->truth(x, y).at_step;
+  }
+  EXPECT_GT(dug_in, 100u);
+  EXPECT_GT(static_cast<double>(steps), 0.03 * static_cast<double>(places));
+  EXPECT_LT(static_cast<double>(steps), 0.2 * static_cast<double>(places));
+}
+
+TEST(Overpass, HasASecondSurfaceAndRoadPointsBelowIt) {
+  Census overpass("overpass", 2'000'000, 10);
+  EXPECT_GT(overpass.share[SceneClass::kBridgeDeck], 0.005);
+  // Heights of decks above the road; ground points well inside below decks, and deck ends that meet the ground.
+  std::size_t high = 0, ends = 0, below = 0;
+  for (const ScenePoint& p : overpass.points) {
+    if (p.label != SceneClass::kBridgeDeck && p.label != SceneClass::kGround) continue;
+    const double x = static_cast<double>(p.x_mm) / 1000, y = static_cast<double>(p.y_mm) / 1000;
+    if (p.label == SceneClass::kBridgeDeck) {
+      const double above = p.z_mm / 1000.0 - overpass.ground(x, y);
+      ASSERT_LT(above, 8.5);
+      high += above > 4.5;
+      ends += above < 0.5;
+    } else if (p.x_mm % 5 == 0 && overpass.scene->cover(x, y) == SceneClass::kBridgeDeck) {
+      ++below;
+    }
+  }
+  EXPECT_GT(high, 5000u);
+  EXPECT_GT(ends, 100u);
+  EXPECT_GT(below, 100u);
+}
+
 TEST(Indoor, HasACeilingOverTwoLevels) {
   Census storey("indoor", 1'000'000, 400);
   EXPECT_GT(storey.share[SceneClass::kCeiling], 0.4);
