@@ -8,8 +8,8 @@
 //   complete  7-11       ceil(l/r - 1/6) rings      copies of terrain nodes
 //   fit       12-13      1 ring of completed nodes  copies of nodes; shared corners come out of equal bits on both
 //   sides
-//   layer     -          1 ring of corners, then   copies of nodes
-//                        ceil of half the vehicle
+//   layer     -          1 ring of corners, then    copies of corners and costs
+//                        half a vehicle
 #pragma once
 
 #include <cstdint>
