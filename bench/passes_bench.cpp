@@ -5,6 +5,7 @@
 //   BM_Link       candidates -> components, merged over borders   checked: nodes and component counts as from one
 //   thread BM_Complete   predictions (Eq 7-11), by nanoflann or by scan  checked: nodes as from one thread and the scan
 //   BM_Fit        corners, planes, tiles, digest (Eq 12-13)       checked: digest of a build in one tile
+//   BM_Layers     steps and costs                                 checked: tiles as from one thread
 // `copies` compares with a memcpy of the pass's input: 20 bytes a point, 8 a binned point, 24 a node of interior and
 // halo.
 #include <algorithm>
@@ -40,6 +41,7 @@ struct Stages {
   std::int32_t reach = complete_halo(options.parameters);
   TileTable table{ids_of(bins), grid, *options.tile_cells, reach, options.max_nodes, 1};
   NodeFields modelled, linked, completed;
+  std::vector<TerrainTile> finished, layered;
   ComponentCounts components;
   std::uint64_t node_bytes = 0;
 
@@ -64,9 +66,13 @@ class Runner {
     exchange(nodes, stages_.reach);
     complete_pass(context_, by_lattice, nodes);
   }
-  CommitSummary fit(NodeFields& nodes, TileSink& sink) {
+  std::vector<TerrainTile> fit(NodeFields& nodes) {
     exchange(nodes, kFitHalo);
-    return commit_pass(context_, fit_pass(context_, nodes), sink);
+    return fit_pass(context_, nodes);
+  }
+  void layers(std::vector<TerrainTile>& tiles) { layer_pass(context_, tiles); }
+  CommitSummary commit(std::vector<TerrainTile>&& tiles, TileSink& sink) {
+    return commit_pass(context_, std::move(tiles), sink);
   }
 
  private:
@@ -91,10 +97,27 @@ const Stages& stages() {
     s->components = runner.link(s->linked);
     s->completed = s->linked;
     runner.complete(true, s->completed);
+    NodeFields nodes = s->completed;
+    s->finished = s->layered = runner.fit(nodes);
+    runner.layers(s->layered);
     for (const auto& field : s->completed) s->node_bytes += field.values().size_bytes();
     return s;
   }();
   return *made;
+}
+
+// What a build in one tile, by one thread, gives after BM_Fit.
+Digest fitted_digest() {
+  const std::array<const PointSource*, 1> sources{city().points.get()};
+  BuildOptions options = city_options(kResolution_m);
+  options.tile_cells = 0;
+  options.layers = false;
+  MemoryMap map;
+  Progress progress;
+  return build_map(
+             sources, options, *serial_threads(), *single_rank(),
+             [&](const MapLayout& layout) -> TileSink& { return map = MemoryMap(layout); }, progress)
+      .digest;
 }
 
 // Interiors only: halos are stale after a pass.
@@ -212,13 +235,30 @@ void BM_Fit(benchmark::State& state) {
   verify_once(key("fit", state), [&] {
     NodeFields nodes = s.completed;
     MemoryMap map(s.table.layout());
-    verify(runner.fit(nodes, map).digest == city_map(kResolution_m).summary.digest, "digest of the tiles");
+    verify(runner.commit(runner.fit(nodes), map).digest == fitted_digest(), "digest of the tiles");
   });
   Measure m = measure(state, s.node_bytes);
   for (auto _ : state) {
     NodeFields nodes = s.completed;
     MemoryMap map(s.table.layout());
-    m.time([&] { runner.fit(nodes, map); });
+    m.time([&] { runner.commit(runner.fit(nodes), map); });
+  }
+}
+
+void BM_Layers(benchmark::State& state) {
+  const Stages& s = stages();
+  Runner runner(s, make_threads(state.range(0)));
+  verify_once(key("layers", state), [&] {
+    std::vector<TerrainTile> tiles = s.finished;
+    runner.layers(tiles);
+    verify(std::equal(tiles.begin(), tiles.end(), s.layered.begin(), s.layered.end(),
+                      [](const TerrainTile& a, const TerrainTile& b) { return a.nodes == b.nodes; }),
+           "layers depend on the threads");
+  });
+  Measure m = measure(state, s.node_bytes);
+  for (auto _ : state) {
+    std::vector<TerrainTile> tiles = s.finished;
+    m.time([&] { runner.layers(tiles); });
   }
 }
 
@@ -231,6 +271,7 @@ BENCHMARK(BM_Link)->Apply(on_threads);
 BENCHMARK_CAPTURE(BM_Complete, nanoflann, false)->Apply(on_threads);
 BENCHMARK_CAPTURE(BM_Complete, lattice, true)->Apply(on_threads);
 BENCHMARK(BM_Fit)->Apply(on_threads);
+BENCHMARK(BM_Layers)->Apply(on_threads);
 
 }  // namespace
 }  // namespace btms::bench

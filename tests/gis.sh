@@ -46,6 +46,11 @@ for shard in manifest["shards"]:
     known = ~np.isnan(here)
     assert ((raw != -2**31) == known).all(), "elevation and tgf differ about what is known"
     assert (here[known] == (raw[known] / 1000).astype("f4")).all(), "elevation differs from tgf"
+    if "upper" in part["tgf"]:
+        upper = part["tgf/upper"][:]            # indices of CF's compression by gathering
+        assert (np.diff(upper) >= 0).all() and upper[0] >= 0 and upper[-1] < part["tgf/state"].size, "bad list"
+        _, i, j = np.unravel_index(upper, part["tgf/state"].shape)
+        assert not np.isnan(part["upper_elevation"][:][i, j]).any(), "upper_elevation leaves a listed surface out"
     seen += int(known.sum())
     where = np.argwhere(known)
     for i, j in where[:: max(1, len(where) // 3)][:3]:

@@ -81,7 +81,8 @@ constexpr const char* kFooter =
     "  btms segment sequences/00/velodyne/*.bin -o predictions/\n"
     "\n"
     "Every scan is segmented alone, by one thread; several scans run at a time (see --threads). The time per scan\n"
-    "leaves file access out. Labels are written as by `btms label`. An empty scan gives an empty label file.";
+    "leaves file access out. Labels are written as by `btms label`; steps and costs, which nobody would read, are not\n"
+    "worked out. An empty scan gives an empty label file.";
 
 }  // namespace
 

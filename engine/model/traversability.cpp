@@ -47,6 +47,39 @@ std::vector<NodeOffset> nodes_under(std::uint8_t triangle, std::int32_t rings, s
   return out;
 }
 
+// A corner of a neighbour: the neighbour's place in kNeighbourTable, which of its corners, and where that lies, in r/2
+// from the centre of the node's square.
+struct Look {
+  std::uint8_t neighbour, corner;
+  std::int8_t x, y;
+};
+struct Looks {
+  std::array<Look, 3 * kNeighbours> all{};  // those that name a corner first, then the others
+  std::size_t distinct = 0;
+};
+
+constexpr Looks looks_of(std::uint8_t triangle) {
+  Looks looks, repeated;
+  std::size_t repeats = 0;
+  for (std::uint8_t k = 0; k < kNeighbours; ++k)
+    for (std::uint8_t c = 0; c < 3; ++c) {
+      const NodeOffset o = kNeighbourTable[triangle][k];
+      const HalfCell h = triangle_corners(o.triangle)[c];
+      const Look look{k, c, static_cast<std::int8_t>(h.x + 2 * o.col - 1),
+                      static_cast<std::int8_t>(h.y + 2 * o.row - 1)};
+      bool known = false;
+      for (const HalfCell& own : triangle_corners(triangle)) known |= own.x - 1 == look.x && own.y - 1 == look.y;
+      for (std::size_t i = 0; i < looks.distinct; ++i) known |= looks.all[i].x == look.x && looks.all[i].y == look.y;
+      if (known)
+        repeated.all[repeats++] = look;
+      else
+        looks.all[looks.distinct++] = look;
+    }
+  for (std::size_t i = 0; i < repeats; ++i) looks.all[looks.distinct + i] = repeated.all[i];
+  return looks;
+}
+constexpr std::array<Looks, kTriangles> kLooks = {looks_of(0), looks_of(1), looks_of(2), looks_of(3)};
+
 }  // namespace
 
 std::uint16_t step_mm(std::uint8_t triangle, const NodeCorners& own,
@@ -54,19 +87,19 @@ std::uint16_t step_mm(std::uint8_t triangle, const NodeCorners& own,
   const FinalPlane plane = FinalPlane::through(triangle, own.mm);
   auto [low, high] = std::minmax({own.mm[0], own.mm[1], own.mm[2]});
   std::int64_t above = 0, below = 0;  // twice the greatest distances
-  for (std::size_t k = 0; k < kNeighbours; ++k) {
-    const NodeCorners& near = *around[k];
+  // A corner has one height, whoever names it; but where somebody is unknown, another has to name it.
+  const bool whole = std::all_of(around.begin(), around.end(), [](const NodeCorners* n) { return n->known(); });
+  const Looks& looks = kLooks[triangle];
+  for (std::size_t i = 0; i < (whole ? looks.distinct : looks.all.size()); ++i) {
+    const Look look = looks.all[i];
+    const NodeCorners& near = *around[look.neighbour];
     if (!near.known()) continue;
-    const NodeOffset o = kNeighbourTable[triangle][k];
-    const auto rel = triangle_corners(o.triangle);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::int64_t x = rel[c].x + 2 * o.col - 1, y = rel[c].y + 2 * o.row - 1;  // r/2 from the square's centre
-      const std::int64_t off = 2 * (near.mm[c] - plane.centre_mm) - plane.rise_x_mm * x - plane.rise_y_mm * y;
-      above = std::max(above, off);
-      below = std::max(below, -off);
-      low = std::min(low, near.mm[c]);
-      high = std::max(high, near.mm[c]);
-    }
+    const std::int32_t z = near.mm[look.corner];
+    const std::int64_t off = 2 * (z - plane.centre_mm) - plane.rise_x_mm * look.x - plane.rise_y_mm * look.y;
+    above = std::max(above, off);
+    below = std::max(below, -off);
+    low = std::min(low, z);
+    high = std::max(high, z);
   }
   const std::int64_t step = std::min({above, below, std::int64_t{high} - low});
   return static_cast<std::uint16_t>(std::min<std::int64_t>((step + 5) / 10 * 10, 65530));

@@ -1,6 +1,6 @@
 // The main job: points in, finished tiles out.
 //
-// Passes (docs/architecture.md): partition, model, link, merge, complete, fit, commit. Each sees one tile's interior
+// Passes (docs/architecture.md): partition, model, link, merge, complete, fit, layer, commit. Each sees one tile's interior
 // and copies of its halo; halos are exchanged between passes. The result has the same bits for any tile grid, executor,
 // thread count, rank count, and order or splitting of the inputs.
 #pragma once

@@ -28,15 +28,19 @@ void copy_corners(const TerrainTile& tile, TileField<NodeCorners>& corners) {
 }
 
 void find_steps(const TileField<NodeCorners>& corners, TerrainTile& tile) {
+  // Where the neighbours of a node lie from the first node of its square.
+  std::array<std::array<std::ptrdiff_t, kNeighbours>, kTriangles> places;
+  for (std::size_t t = 0; t < kTriangles; ++t)
+    for (std::size_t k = 0; k < kNeighbours; ++k) {
+      const NodeOffset o = kNeighbourTable[t][k];
+      places[t][k] = (o.row * static_cast<std::ptrdiff_t>(corners.held().cols()) + o.col) * kTriangles + o.triangle;
+    }
   std::array<const NodeCorners*, kNeighbours> around;
   for_each_node(tile.box, [&](NodeId n) {
-    const NodeCorners& own = corners.cell(n.cell)[n.triangle];
-    if (!own.known()) return;
-    for (std::size_t k = 0; k < kNeighbours; ++k) {
-      const NodeOffset o = kNeighbourTable[n.triangle][k];
-      around[k] = corners.cell({n.cell.col + o.col, n.cell.row + o.row}) + o.triangle;
-    }
-    tile.nodes[tile.node_index(n)].step_mm = step_mm(n.triangle, own, around);
+    const NodeCorners* cell = corners.cell(n.cell);
+    if (!cell[n.triangle].known()) return;
+    for (std::size_t k = 0; k < kNeighbours; ++k) around[k] = cell + places[n.triangle][k];
+    tile.nodes[tile.node_index(n)].step_mm = step_mm(n.triangle, cell[n.triangle], around);
   });
 }
 

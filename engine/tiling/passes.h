@@ -9,8 +9,8 @@
 //   fit       12-13      1 ring of completed nodes  copies of nodes; shared corners come out of equal bits on both
 //   sides
 //   above     -          1 ring of sheets           copies of sheets, sorted pairs of component ids
-//   layer     -          1 ring of corners, then   copies of nodes
-//                        ceil of half the vehicle
+//   layer     -          1 ring of corners, then    copies of corners and costs
+//                        half a vehicle
 #pragma once
 
 #include <cstdint>

@@ -33,6 +33,20 @@ TEST_F(CliOutput, APictureReplacesNoInputAndNoPartOfAMap) {
   EXPECT_TRUE(fs::exists(folder_ / "A.PNG"));
 }
 
+TEST_F(CliOutput, APictureShowsTheLayerAskedFor) {
+  const auto draw = [&](const std::string& layer) {
+    return run({"build", folder_ / "scan.bin", "-o", folder_ / "new.btms", "--picture", folder_ / (layer + ".png"),
+                "--layer", layer});
+  };
+  EXPECT_EQ(draw("state").status, 0);
+  EXPECT_EQ(draw("cost").status, 0);
+  EXPECT_NE(read_text(folder_ / "cost.png"), read_text(folder_ / "state.png"));
+  const Outcome wrong = draw("beauty");
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_NE(wrong.err.find("clearance"), std::string::npos) << wrong.err;
+  EXPECT_EQ(run({"build", folder_ / "scan.bin", "-o", folder_ / "new.btms", "--layer", "cost"}).status, 2);
+}
+
 TEST_F(CliOutput, LabelsOfOthersAreReplacedByForceOnly) {
   fs::create_directories(folder_ / "out");
   write_scan(folder_ / "a.bin", floor_and_wall());

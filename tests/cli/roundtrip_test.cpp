@@ -151,11 +151,15 @@ TEST_F(CliRoundTrip, QueryAnswersByOptionAndInBatch) {
   ASSERT_TRUE(one.contains("z"));
   EXPECT_NE(one["state"], "unknown");
   EXPECT_GT(one["normal"][2], 0.5);
+  EXPECT_GE(one["step"], 0);
+  EXPECT_EQ(one["source_resolution"], 2);
+  EXPECT_TRUE(one["cost"].is_null() || (one["cost"] >= 0 && one["cost"] <= 1)) << one["cost"];
+  EXPECT_TRUE(one["upper"].is_array());
   const auto two = run_json({"query", map(), "--at", place, "--at=-9000,-9000"});
   EXPECT_EQ(two["places"][0], one);
   EXPECT_EQ(two["places"][1]["state"], "outside");
   for (const auto& [key, value] : one.items()) EXPECT_TRUE(two["places"][1].contains(key)) << key;
-  for (const char* key : {"z", "sd", "normal", "weight", "support"})
+  for (const char* key : {"z", "sd", "normal", "weight", "support", "step", "cost", "clearance"})
     EXPECT_TRUE(two["places"][1][key].is_null()) << key;
   EXPECT_EQ(run_json({"query", map(), "--at=1e300,0"})["state"], "outside");
   const Outcome bad = run({"query", map(), "--at", place, "--at", "oops"});
