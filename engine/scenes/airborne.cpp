@@ -84,6 +84,21 @@ Hit pulse(double x_m, double y_m, double ground_m, const Hit& floor, std::span<c
   return floor;
 }
 
+// Where a slanted pulse ends if no plant is in its way.
+struct Landing {
+  std::int64_t x_mm;
+  Hit hit;
+};
+
+Landing land(const World& world, std::span<const Object> solids, std::span<const std::uint32_t> near, const Aim& aim,
+             std::int64_t x_mm) {
+  const auto stop = stopped(world, solids, near, aim);
+  if (!stop) return {x_mm, {aim.ground_m, SceneClass::kGround}};
+  x_mm += nearest(aim.slant * stop->up_m * 1000);
+  if (stop->object) return {x_mm, {aim.ground_m + stop->up_m, stop->object->label}};
+  return {x_mm, {world.ground_m(static_cast<double>(x_mm) / 1000, aim.y_m), SceneClass::kGround}};  // a cliff
+}
+
 }  // namespace
 
 AirborneScene::AirborneScene(const SceneOptions& options, std::unique_ptr<World> world)
@@ -174,26 +189,21 @@ void AirborneScene::generate(std::size_t block, std::vector<ScenePoint>& points)
       const std::int64_t x_mm = x0 + static_cast<std::int64_t>((static_cast<double>(along) + jx) * step_x);
       const std::int64_t y_mm = y0 + static_cast<std::int64_t>((static_cast<double>(line) + jy) * step_y);
       const double x = mm(x_mm), y = mm(y_mm), ground = world_->ground_m(x, y);
-      std::int64_t hit_x_mm = x_mm;
-      Hit hit{ground, SceneClass::kGround};
+      Landing landing{x_mm, {ground, SceneClass::kGround}};
       if (survey_.slanted) {
         const double share = world_->from_below(x, y);
         const bool decks = share == 0 || !random.chance(share);
-        const auto aim = [&](double lean) {
-          const auto stop = stopped(*world_, solids, solid_grid.near(x, y), {x, y, ground, lean, decks});
-          hit_x_mm = stop ? x_mm + nearest(lean * stop->up_m * 1000) : x_mm;
-          const bool object = stop && stop->object;
-          hit = {stop ? ground + stop->up_m : ground, object ? stop->object->label : SceneClass::kGround};
-        };
-        aim(slant(x));
-        if (hit_x_mm < 0 || hit_x_mm >= edge_mm_) aim(0);  // nothing lies outside the area
-        if (hit.label == SceneClass::kGround) hit.z_m = world_->ground_m(mm(hit_x_mm), y);
+        const auto near = solid_grid.near(x, y);
+        landing = land(*world_, solids, near, {x, y, ground, slant(x), decks}, x_mm);
+        // Nothing lies outside the area.
+        if (landing.x_mm < 0 || landing.x_mm >= edge_mm_)
+          landing = land(*world_, solids, near, {x, y, ground, 0, decks}, x_mm);
       }
-      const double hit_x = mm(hit_x_mm), below = hit_x_mm == x_mm ? ground : world_->ground_m(hit_x, y);
-      hit = pulse(hit_x, y, below, hit, objects, grid.near(hit_x, y), random);
+      const double hit_x = mm(landing.x_mm), below = landing.x_mm == x_mm ? ground : world_->ground_m(hit_x, y);
+      Hit hit = pulse(hit_x, y, below, landing.hit, objects, grid.near(hit_x, y), random);
       if (random.chance(kLowNoiseShare)) hit = {below - random.uniform(0.5, 5), SceneClass::kLowNoise};
       const double deviation = hit.label == SceneClass::kGround ? survey_.deviation_m : kRangeNoise_m;
-      points.push_back({hit_x_mm + origin_x_mm_, y_mm + origin_y_mm_,
+      points.push_back({landing.x_mm + origin_x_mm_, y_mm + origin_y_mm_,
                         static_cast<std::int32_t>(nearest((hit.z_m + deviation * random.bell()) * 1000)), hit.label});
     }
 }

@@ -44,8 +44,7 @@ struct SceneOptions {
   double origin_x_m = 0, origin_y_m = 0;  // south-west corner in the map frame
 };
 
-// Why the terrain of a place is easy or hard to see from the air. The first that holds, from the bottom of this list
-// up.
+// Why the terrain of a place is easy or hard to see from the air. Of several that hold the last counts.
 enum class Stratum : std::uint8_t {
   kOpen,           // nothing stands there
   kUnderPlants,    // some pulses may pass

@@ -53,12 +53,12 @@ std::optional<double> absolute_top(const Object& o, double x_m, double y_m, doub
 
 std::optional<Stop> stopped(const World& world, std::span<const Object> solids, std::span<const std::uint32_t> near,
                             const Aim& aim) {
-  const auto& [x_m, y_m, ground_m, slant, decks] = aim;
+  const double x_m = aim.x_m, y_m = aim.y_m, ground_m = aim.ground_m, slant = aim.slant;
   std::optional<Stop> stop;
   for (const std::uint32_t i : near) {
     const Object& o = solids[i];
     const Box b = o.bounds();
-    if (y_m < b.y0_m || y_m > b.y1_m || (o.form == Form::kDeck && !decks)) continue;
+    if (y_m < b.y0_m || y_m > b.y1_m || (o.form == Form::kDeck && !aim.decks)) continue;
     double low = 0, high = std::min(highest(o, world) - ground_m, kSlantReach_m / kSteepest);
     if (slant > kFlat) {
       low = std::max(low, (b.x0_m - x_m) / slant);

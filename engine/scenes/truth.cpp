@@ -1,5 +1,6 @@
 #include "engine/scenes/truth.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -22,8 +23,11 @@ std::vector<Object> objects_in(const World& world, const Box& box, bool solid) {
   return some;
 }
 
-Stratum under(SceneClass cover) {
-  switch (cover) {
+// Of a place below a thing.
+Stratum under(const Object& o) {
+  switch (o.label) {
+    case SceneClass::kBridgeDeck:
+      return Stratum::kUnderBridge;
     case SceneClass::kBuilding:
       return Stratum::kUnderBuilding;
     case SceneClass::kLowVegetation:
@@ -52,6 +56,7 @@ PlaceTruth TruthBox::at(double x_m, double y_m) const {
     if (o.label == SceneClass::kCeiling) return;
     const auto z = absolute_top(o, x_m, y_m, ground);
     if (!z || *z <= ground + kClear_m) return;
+    truth.stratum = std::max(truth.stratum, under(o));
     if (o.form == Form::kDeck && *z > ground + kUpper_m) truth.upper_z_m = std::max(truth.upper_z_m.value_or(*z), *z);
     if (*z > highest) {
       highest = *z;
@@ -63,14 +68,12 @@ PlaceTruth TruthBox::at(double x_m, double y_m) const {
   for (const std::uint32_t i : other_grid_.near(x_m, y_m)) visit(others_[i]);
   truth.at_step = at_step(x_m, y_m, ground);
 
-  if (truth.upper_z_m || truth.cover == SceneClass::kBridgeDeck)
-    truth.stratum = Stratum::kUnderBridge;
-  else if (truth.cover != SceneClass::kGround)
-    truth.stratum = under(truth.cover);
-  else if (stopped(world_, solids_, near, {x_m, y_m, ground, slant(x_m)}))
+  const bool plants = truth.stratum == Stratum::kUnderPlants;
+  if (truth.stratum > Stratum::kUnderPlants) return truth;
+  if (!plants && stopped(world_, solids_, near, {x_m, y_m, ground, slant(x_m)}))
     truth.stratum = Stratum::kBehindWall;
-  const bool seen = truth.stratum == Stratum::kOpen || truth.stratum == Stratum::kUnderPlants;
-  if (seen && hollow(x_m, y_m, ground)) truth.stratum = Stratum::kHollow;
+  else if (hollow(x_m, y_m, ground))
+    truth.stratum = Stratum::kHollow;
   return truth;
 }
 

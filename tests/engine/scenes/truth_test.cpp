@@ -56,8 +56,9 @@ TEST_P(TruthOf, StrataFollowFromTheCover) {
       EXPECT_GT(*t.upper_z_m, t.ground_z_m + 0.5);
     }
     switch (t.stratum) {
-      case Stratum::kUnderBuilding:
-        EXPECT_EQ(t.cover, SceneClass::kBuilding);
+      case Stratum::kUnderBuilding:  // a crown may hang over it
+        EXPECT_TRUE(t.cover == SceneClass::kBuilding || t.cover == SceneClass::kHighVegetation ||
+                    t.cover == SceneClass::kLowVegetation || t.cover == SceneClass::kUnclassified);
         break;
       case Stratum::kOpen:
       case Stratum::kBehindWall:
