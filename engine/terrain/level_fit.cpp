@@ -179,7 +179,9 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
     if (start.passed == 0) return node;
     plane = on_prior;
     plane.c = static_cast<std::int64_t>(round_half_up(start.z * kSlopeScale));
-    scale_m = q.fit_scale_m + q.fit_scale_slope * r_m * slope;
+    // On the finest level planes are small enough for the ground to be flat within one: what stands out is no ground.
+    scale_m = rules.last() ? q.fit_scale_fine_m + q.fit_scale_fine_slope * r_m * slope
+                           : q.fit_scale_m + q.fit_scale_slope * r_m * slope;
     ridge_m2 = q.ridge * r_m * r_m * 0.11;
     fits = 4;
   }
