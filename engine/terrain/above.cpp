@@ -83,6 +83,12 @@ void find_sheets(const NodePoints& points, std::span<const std::int32_t> heights
     for (to = from + 1; to < s.order.size() && height(to) - height(to - 1) <= split_mm; ++to) {
     }
     if (to - from < kSheetPoints) continue;
+    // Most groups of a tree have as many points of others within that room, or are too tall for one plane: no fit.
+    const std::int32_t middle = height(from + (to - from) / 2);
+    std::size_t others = 0;
+    for (std::size_t k = from; k > 0 && height(k - 1) >= middle - room_mm; --k) ++others;
+    for (std::size_t k = to; k < s.order.size() && height(k) <= middle + room_mm; ++k) ++others;
+    if (others >= to - from || height(to - 1) - height(from) > 2 * room_mm) continue;
     s.x_mm.clear();
     s.y_mm.clear();
     s.z_mm.clear();
