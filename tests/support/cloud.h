@@ -95,7 +95,7 @@ struct BridgeScene {
   }
   static bool on_deck(std::int64_t x, std::int64_t y) {
     const std::int64_t across = y - 60'000 - (x - 60'000) * 3 / 10;
-    return x > 45'500 && x < 74'500 && across > -6'000 && across < 6'000;
+    return x > 45'500 && x < 74'500 && across > -11'000 && across < 11'000;
   }
   static bool on_roof(std::int64_t x, std::int64_t y) { return x > 10'000 && x < 32'000 && y > 15'000 && y < 45'000; }
   static bool in_wood(std::int64_t x, std::int64_t y) { return x > 85'000 && y > 80'000; }
