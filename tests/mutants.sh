@@ -26,7 +26,7 @@ level-corner-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, completed
 sheet-halo|engine/tiling/above_pass.cpp|0,/exchange_halo(table, sheets, kLinkHalo, /s//exchange_halo(table, sheets, kLinkHalo - 1, /
 sheet-components-not-merged|engine/tiling/above_pass.cpp|s/gather_all(context.ranks, links))/{})/
 sheet-joints-of-one-tile|engine/tiling/above_pass.cpp|s/^    to.joints += s.joints;/    to.joints = s.joints;/
-span-halo|engine/tiling/span_pass.cpp|s/exchange_halo(context.table, heights, span.halo(), /exchange_halo(context.table, heights, span.halo() \/ 2, /
+span-halo|engine/tiling/span_pass.cpp|s/exchange_halo(context.table, heights, span.halo(), /exchange_halo(context.table, heights, span.halo() \/ 3, /
 visiting-order|engine/tiling/link_pass.cpp|s/nodes_[[]merged_.root(c.id)[]] += c.nodes/nodes_[merged_.root(c.id)] = c.nodes/
 TABLE
 }
