@@ -97,10 +97,11 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
 int run_build(const BuildCommand& command) {
   const ParameterChoice choice = command.parameters.resolve();
   const Executor executor = parse_executor(command.executor);
-  BuildOptions options{.parameters = choice.parameters,
-                       .tile_cells = parse_tile_cells(command.tile_cells),
-                       .neighbours_by_lattice = command.neighbours == "lattice",
-                       .max_nodes = command.max_nodes};
+  BuildOptions options;
+  options.parameters = choice.parameters;
+  options.tile_cells = parse_tile_cells(command.tile_cells);
+  options.neighbours_by_lattice = command.neighbours == "lattice";
+  options.max_nodes = command.max_nodes;
   if (fs::exists(command.output) && !fs::is_directory(command.output))
     throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);
   const InputList list = expand_inputs(command.inputs);

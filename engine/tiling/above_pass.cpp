@@ -175,7 +175,7 @@ std::vector<SheetSums> sums_of(const SparseField<Sheet>& field, const TerrainTil
 void above_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid,
                 std::vector<TerrainTile>& tiles) {
   const TileTable& table = context.table;
-  const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false, true);
+  const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false, false);
   std::vector<std::vector<Sheet>> found = look_above(context, bins, grid, rules, tiles);
 
   SparseFields<Sheet> sheets(tiles.size());

@@ -13,7 +13,7 @@ namespace btms::test {
 namespace {
 
 constexpr std::int32_t kR_mm = 2000, kTerrain_mm = 120;
-const LevelRules kRules(preset("city"), kR_mm, false);
+const LevelRules kRules(preset("city"), kR_mm, false, false);
 // The surface rises 1 in 10 to the east: 10 m at the square's centre.
 constexpr FinalPlane kSurface{10'000, 200, 0};
 

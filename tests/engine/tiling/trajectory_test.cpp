@@ -16,9 +16,10 @@ std::vector<CloudPoint> platform() {
   std::vector<CloudPoint> points;
   Random random(3);
   for (int i = 0; i < 400'000; ++i) {
-    const std::int64_t x = random.below(256'000), y = random.below(256'000);
+    const std::int64_t x = random.between(0, 256'000 - 1), y = random.between(0, 256'000 - 1);
     const bool on = x > 108'000 && x < 148'000 && y > 108'000 && y < 148'000;
-    points.push_back({x, y, static_cast<std::int32_t>((on ? 6000 : 0) + static_cast<std::int64_t>(random.below(40)))});
+    points.push_back(
+        {x, y, static_cast<std::int32_t>((on ? 6000 : 0) + static_cast<std::int64_t>(random.between(0, 40 - 1)))});
   }
   return points;
 }
@@ -51,7 +52,8 @@ TEST(Trajectory, KeepsWhatTheSensorPassedOver) {
 
 TEST(Trajectory, KeepsSmallComponentsOfTheFixedMethod) {
   Parameters p = preset("partial-map");
-  p.keep_nodes = 100'000;
+  p.keep_nodes = 1'000'000;
+  p.min_points = 3;
   const std::vector<TrajectoryPoint> on_top{{120'000, 130'000, 7700}};
   EXPECT_EQ(height_on_top(p, {}, 0), 0) << "nothing is kept";
   EXPECT_NEAR(height_on_top(p, on_top, 0), 6, 0.1);

@@ -10,9 +10,7 @@ namespace {
 
 std::filesystem::path written(const std::string& text) {
   static const TemporaryFolder folder;
-  const auto path = folder / "trajectory.txt";
-  write_file(path, text);
-  return path;
+  return folder.write("trajectory.txt", text);
 }
 
 TEST(Trajectory, IsToldByItsColumns) {
