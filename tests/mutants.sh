@@ -23,6 +23,7 @@ candidate-dropped|engine/tiling/neighbour_index.cpp|s/for (const auto& \[i, dist
 level-link-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, kLinkHalo, /exchange_halo(table, nodes, kLinkHalo - 1, /
 level-complete-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, rules.completion_halo(), /exchange_halo(table, nodes, rules.completion_halo() - 1, /
 level-corner-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, completed, kFitHalo, /exchange_halo(table, completed, kFitHalo - 1, /
+scatter-halo|engine/tiling/level_scatter.cpp|s/exchange_halo(coarsest, fields, kScatterHalo, /exchange_halo(coarsest, fields, kScatterHalo - 1, /
 layer-step-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, corners, kStepHalo, /exchange_halo(context.table, corners, kStepHalo - 1, /
 layer-cost-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, costs, cost_halo, /exchange_halo(context.table, costs, cost_halo - 1, /
 sheet-halo|engine/tiling/above_pass.cpp|0,/exchange_halo(table, sheets, kLinkHalo, /s//exchange_halo(table, sheets, kLinkHalo - 1, /
