@@ -43,6 +43,7 @@ struct ComponentSums {
   std::uint64_t nodes = 0;
   std::int64_t above_mm = 0;      // sum of d
   std::int64_t tolerance_mm = 0;  // sum of t
+  std::uint64_t open = 0;         // edges to nodes without a plane
   bool above = false;             // class of all its nodes
 };
 
@@ -50,6 +51,15 @@ struct ComponentSums {
 struct RimCounts {
   std::uint64_t rim = 0, up = 0, agree = 0;
 };
+
+// An island: components of both classes that agree, taken together. Once a prior has climbed a roof, a part of the roof
+// is near it and the rest above, and each would be a witness for the other; together they have walls all round. An edge
+// to nothing may hide more ground and counts in part against walls, or all plateaus at the end of the data would go.
+inline bool rejected_island(std::uint64_t open, const RimCounts& rim) {
+  constexpr double kWalls = 0.8, kOpen = 0.3;
+  return rim.rim > 0 &&
+         static_cast<double>(rim.up) > kWalls * (static_cast<double>(rim.rim) + kOpen * static_cast<double>(open));
+}
 
 // True when the component is not terrain.
 inline bool rejected(const ComponentSums& c, const RimCounts& rim, const LevelRules& rules) {

@@ -111,5 +111,17 @@ TEST(LevelVerdict, ARoofGoesABridgeAndATerraceStay) {
   EXPECT_TRUE(rejected({.nodes = 3, .above_mm = -3 * 2000, .tolerance_mm = 3 * 460, .above = false}, {}, kFine)) << "low noise";
 }
 
+TEST(LevelVerdict, ARoofWhoseHalvesVouchForEachOtherGoesAsAnIsland) {
+  const ComponentSums above{.nodes = 10, .above_mm = 10 * 730, .tolerance_mm = 10 * 460, .above = true};
+  const RimCounts rim_of_above{.rim = 82, .up = 48, .agree = 30};  // the lower half agrees
+  EXPECT_FALSE(rejected(above, rim_of_above, kFine)) << "alone it looks like a terrace";
+  const RimCounts around_both{.rim = 68, .up = 68, .agree = 0};
+  EXPECT_TRUE(rejected_island(0, around_both));
+  EXPECT_TRUE(rejected_island(40, around_both)) << "a side of it at the end of the data";
+  EXPECT_FALSE(rejected_island(68, around_both)) << "as much end of the data as walls";
+  EXPECT_FALSE(rejected_island(0, {.rim = 68, .up = 54, .agree = 0})) << "ground on a fifth of the rim";
+  EXPECT_FALSE(rejected_island(500, {})) << "nothing around it";
+}
+
 }  // namespace
 }  // namespace btms::test
