@@ -73,8 +73,10 @@ inline bool rejected(const ComponentSums& c, const RimCounts& rim, const LevelRu
     return small && agreeing < q.agree_small;
   }
   const auto d = static_cast<double>(c.above_mm), t = static_cast<double>(c.tolerance_mm);
-  if (rim.rim > 0 && up > q.near_up * n && (rules.first() || d > q.near_residual * t)) return true;
-  return !rules.first() && small && d < -q.low_residual * t;
+  // Without a prior fewer walls are enough: what is ground climbs back on the next level.
+  if (rules.first()) return rim.rim > 0 && up > q.first_up * n;
+  if (rim.rim > 0 && up > q.near_up * n && d > q.near_residual * t) return true;
+  return small && d < -q.low_residual * t;
 }
 
 }  // namespace btms

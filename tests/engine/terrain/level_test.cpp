@@ -111,6 +111,15 @@ TEST(LevelVerdict, ARoofGoesABridgeAndATerraceStay) {
   EXPECT_TRUE(rejected({.nodes = 3, .above_mm = -3 * 2000, .tolerance_mm = 3 * 460, .above = false}, {}, kFine)) << "low noise";
 }
 
+TEST(LevelVerdict, WithoutAPriorFewerWallsAreEnough) {
+  const ComponentSums near{.nodes = 5, .above_mm = 0, .tolerance_mm = 5, .above = false};
+  const RimCounts half{.rim = 20, .up = 9, .agree = 0};
+  EXPECT_TRUE(rejected(near, half, kFirst));
+  EXPECT_FALSE(rejected(near, half, kFine));
+  EXPECT_FALSE(rejected(near, {.rim = 20, .up = 7, .agree = 0}, kFirst)) << "a shelf";
+  EXPECT_FALSE(rejected(near, {}, kFirst)) << "all of the map";
+}
+
 TEST(LevelVerdict, ARoofWhoseHalvesVouchForEachOtherGoesAsAnIsland) {
   const ComponentSums above{.nodes = 10, .above_mm = 10 * 730, .tolerance_mm = 10 * 460, .above = true};
   const RimCounts rim_of_above{.rim = 82, .up = 48, .agree = 30};  // the lower half agrees
