@@ -116,7 +116,7 @@ TEST(LevelVerdict, WithoutAPriorFewerWallsAreEnough) {
   const RimCounts half{.rim = 20, .up = 9, .agree = 0};
   EXPECT_TRUE(rejected(near, half, kFirst));
   EXPECT_FALSE(rejected(near, half, kFine));
-  EXPECT_FALSE(rejected(near, {.rim = 20, .up = 7, .agree = 0}, kFirst)) << "a shelf";
+  EXPECT_FALSE(rejected(near, {.rim = 20, .up = 6, .agree = 0}, kFirst)) << "a shelf";
   EXPECT_FALSE(rejected(near, {}, kFirst)) << "all of the map";
 }
 
