@@ -43,6 +43,7 @@ struct ComponentSums {
   std::uint64_t nodes = 0;
   std::int64_t above_mm = 0;      // sum of d
   std::int64_t tolerance_mm = 0;  // sum of t
+  std::uint64_t open = 0;         // edges to nodes without a plane
   bool above = false;             // class of all its nodes
   std::uint64_t passages = 0;     // times the sensor passed over it
 };
@@ -51,6 +52,16 @@ struct ComponentSums {
 struct RimCounts {
   std::uint64_t rim = 0, up = 0, agree = 0;
 };
+
+// An island: components of both classes that agree, taken together. Once a prior has climbed a roof, a part of the roof
+// is near it and the rest above, and each would be a witness for the other; together they have walls all round. An edge
+// to nothing may hide more ground and counts in part against walls, or all plateaus at the end of the data would go.
+inline bool rejected_island(const ComponentSums& island, const RimCounts& rim) {
+  constexpr double kWalls = 0.8, kOpen = 0.3;
+  return island.passages == 0 && rim.rim > 0 &&
+         static_cast<double>(rim.up) >
+             kWalls * (static_cast<double>(rim.rim) + kOpen * static_cast<double>(island.open));
+}
 
 // True when the component is not terrain.
 inline bool rejected(const ComponentSums& c, const RimCounts& rim, const LevelRules& rules) {
@@ -65,8 +76,10 @@ inline bool rejected(const ComponentSums& c, const RimCounts& rim, const LevelRu
     return small && agreeing < q.agree_small;
   }
   const auto d = static_cast<double>(c.above_mm), t = static_cast<double>(c.tolerance_mm);
-  if (rim.rim > 0 && up > q.near_up * n && (rules.first() || d > q.near_residual * t)) return true;
-  return !rules.first() && small && d < -q.low_residual * t;
+  // Without a prior fewer walls are enough: what is ground climbs back on the next level.
+  if (rules.first()) return rim.rim > 0 && up > q.first_up * n;
+  if (rim.rim > 0 && up > q.near_up * n && d > q.near_residual * t) return true;
+  return small && d < -q.low_residual * t;
 }
 
 }  // namespace btms

@@ -23,15 +23,15 @@ struct LevelParameters {
   // Near or above the prior
   double near_m = 0.4, near_per_r = 0.03, near_slope = 0.2, near_uncertainty = 2, near_uncertainty_cap_per_r = 0.1;
   // Links and rims
-  double link_m = 0.5, link_per_r = 0.03;  // z0, z1
-  double link_slope = 0.5;                 // e_n
-  double link_flat_m = 0.3;                // z_flat
-  double step_m = 0.5, step_per_r = 0.05;  // h0, h1
-  int small_nodes = 10;                    // k_min
-  double near_up = 0.5, above_up = 0.6;    // f_near, f_above
-  double near_residual = 0.5;              // near components are rejected only if sum d > this share of sum t
-  double low_residual = 2;                 // small near components with sum d < -this sum t are low noise
-  double agree = 0.1, agree_small = 0.3;   // a_min, a_small
+  double link_m = 0.5, link_per_r = 0.03;                // z0, z1
+  double link_slope = 0.5;                               // e_n
+  double link_flat_m = 0.3;                              // z_flat
+  double step_m = 0.5, step_per_r = 0.05;                // h0, h1
+  int small_nodes = 10;                                  // k_min
+  double first_up = 0.35, near_up = 0.5, above_up = 0.6;  // f_0, f_near, f_above
+  double near_residual = 0.5;             // near components are rejected only if sum d > this share of sum t
+  double low_residual = 2;                // small near components with sum d < -this sum t are low noise
+  double agree = 0.1, agree_small = 0.3;  // a_min, a_small
   int rejection_rounds = 4;
   // Completion
   double level_kernel_radius = 2.5;     // l in r

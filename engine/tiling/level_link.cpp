@@ -99,6 +99,8 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::
         ++c.sums.nodes;
         c.sums.above_mm += value[i].above_prior_mm;
         c.sums.tolerance_mm += value[i].tolerance_mm;
+        for (const NodeOffset& o : kNeighbourTable[t])
+          c.sums.open += !value[nodes.offset({col + o.col, row + o.row}) + o.triangle].has_plane();
       }
   for (const Passage& p : passed) {
     const auto i = static_cast<std::uint32_t>(nodes.offset(p.node.cell) + p.node.triangle);
@@ -133,8 +135,11 @@ class Verdicts {
       s.above_mm += c.sums.above_mm;
       s.tolerance_mm += c.sums.tolerance_mm;
       s.passages += c.sums.passages;
+      s.open += c.sums.open;
       s.above = c.sums.above;
     }
+    // Judged with all components standing, like the first round: what is gone says nothing about walls.
+    const std::vector<std::uint8_t> on_island = rules.first() ? rejected_ : on_rejected_islands(sums, edges);
     std::vector<RimCounts> rims(merged_.size());
     for (int round = 0; round < rules.p().rejection_rounds; ++round) {
       rims.assign(merged_.size(), RimCounts{});
@@ -147,7 +152,8 @@ class Verdicts {
       bool changed = false;
       const std::vector<std::uint8_t> before = rejected_;
       for (std::size_t i = 0; i < merged_.size(); ++i)
-        if (merged_.is_root(i) && !before[i] && rejected(sums[i], rims[i], rules)) rejected_[i] = 1, changed = true;
+        if (merged_.is_root(i) && !before[i] && (on_island[i] || rejected(sums[i], rims[i], rules)))
+          rejected_[i] = 1, changed = true;
       if (!changed) break;
     }
     for (std::size_t i = 0; i < merged_.size(); ++i)
@@ -169,6 +175,30 @@ class Verdicts {
     if (up && other.nodes < mine.nodes) return;
     rim.rim += e.count;
     if (up) rim.up += e.count;
+  }
+  // Which components go with their whole island.
+  std::vector<std::uint8_t> on_rejected_islands(const std::vector<ComponentSums>& sums,
+                                                const std::vector<RimEdge>& edges) const {
+    Components islands(merged_.size());
+    for (const RimEdge& e : edges)
+      if (e.kind == kAgreeEdge) islands.unite(merged_.root(e.a), merged_.root(e.b));
+    std::vector<ComponentSums> whole(merged_.size());
+    const auto island = [&](std::size_t i) { return islands.find(static_cast<std::uint32_t>(i)); };
+    for (std::size_t i = 0; i < merged_.size(); ++i) {
+      whole[island(i)].nodes += sums[i].nodes;
+      whole[island(i)].open += sums[i].open;
+      whole[island(i)].passages += sums[i].passages;
+    }
+    std::vector<RimCounts> rims(merged_.size());
+    for (const RimEdge& e : edges) {
+      const std::uint32_t a = island(merged_.root(e.a)), b = island(merged_.root(e.b));
+      if (a == b) continue;
+      count(rims[a], whole[a], whole[b], false, e, e.kind == kUpEdge);
+      count(rims[b], whole[b], whole[a], false, e, e.kind == kDownEdge);
+    }
+    std::vector<std::uint8_t> out(merged_.size());
+    for (std::size_t i = 0; i < merged_.size(); ++i) out[i] = rejected_island(whole[island(i)], rims[island(i)]);
+    return out;
   }
   MergedComponents<NodeKey> merged_;
   std::vector<std::uint8_t> rejected_;

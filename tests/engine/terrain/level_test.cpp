@@ -97,5 +97,26 @@ TEST(LevelVerdict, ARoofGoesABridgeAndATerraceStay) {
   EXPECT_TRUE(rejected({.nodes = 3, .above_mm = -3 * 2000, .tolerance_mm = 3 * 460, .above = false}, {}, kFine)) << "low noise";
 }
 
+TEST(LevelVerdict, WithoutAPriorFewerWallsAreEnough) {
+  const ComponentSums near{.nodes = 5, .above_mm = 0, .tolerance_mm = 5, .above = false};
+  const RimCounts half{.rim = 20, .up = 9, .agree = 0};
+  EXPECT_TRUE(rejected(near, half, kFirst));
+  EXPECT_FALSE(rejected(near, half, kFine));
+  EXPECT_FALSE(rejected(near, {.rim = 20, .up = 6, .agree = 0}, kFirst)) << "a shelf";
+  EXPECT_FALSE(rejected(near, {}, kFirst)) << "all of the map";
+}
+
+TEST(LevelVerdict, ARoofWhoseHalvesVouchForEachOtherGoesAsAnIsland) {
+  const ComponentSums above{.nodes = 10, .above_mm = 10 * 730, .tolerance_mm = 10 * 460, .above = true};
+  const RimCounts rim_of_above{.rim = 82, .up = 48, .agree = 30};  // the lower half agrees
+  EXPECT_FALSE(rejected(above, rim_of_above, kFine)) << "alone it looks like a terrace";
+  const RimCounts around_both{.rim = 68, .up = 68, .agree = 0};
+  EXPECT_TRUE(rejected_island({.open = 0}, around_both));
+  EXPECT_TRUE(rejected_island({.open = 40}, around_both)) << "a side of it at the end of the data";
+  EXPECT_FALSE(rejected_island({.open = 68}, around_both)) << "as much end of the data as walls";
+  EXPECT_FALSE(rejected_island({.open = 0}, {.rim = 68, .up = 54, .agree = 0})) << "ground on a fifth of the rim";
+  EXPECT_FALSE(rejected_island({.open = 500}, {})) << "nothing around it";
+}
+
 }  // namespace
 }  // namespace btms::test
