@@ -37,6 +37,7 @@ struct NodeSheet {
 struct SheetScratch {
   std::vector<std::int32_t> order, z_mm;
   std::vector<std::int16_t> x_mm, y_mm;
+  GatedPoints gated;
 };
 
 // The sheets of a node, ascending. Points above the terrain (or far below it) are split where there is a gap; each

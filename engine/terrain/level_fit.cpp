@@ -5,103 +5,42 @@
 #include <vector>
 
 #include "engine/lattice/lattice.h"
-#include "engine/terrain/moments.h"
 
 namespace btms {
 namespace {
 
-constexpr int kSlopeBits = 12;
-constexpr double kSlopeScale = 1 << kSlopeBits;
-constexpr int kWeightOne = 256;    // weights are rounded to 1/256, so every sum is an integer
-constexpr int kWeightSteps = 256;  // residuals up to 4 s in this many steps
-constexpr double kCutOff = 4;      // residuals beyond 4 s do not count
-
-// w(e) = 1 / (1 + (e/s)^4), in 1/256, by e/s.
-constexpr std::array<std::int32_t, kWeightSteps> weight_table() {
-  std::array<std::int32_t, kWeightSteps> table{};
-  for (int i = 0; i < kWeightSteps; ++i) {
-    const double q = (i + 0.5) * kCutOff / kWeightSteps, q2 = q * q;
-    table[i] = static_cast<std::int32_t>(kWeightOne / (1 + q2 * q2) + 0.5);
-  }
-  return table;
-}
-constexpr auto kWeights = weight_table();
-
-// z = (a x + b y + c) / 2^12, millimetres from the square's centre; z from a datum.
-struct Fixed {
-  std::int64_t a = 0, b = 0, c = 0;
-  std::int64_t above(std::int64_t x, std::int64_t y, std::int64_t z) const {  // in 2^-12 mm
-    return (z << kSlopeBits) - (a * x + b * y + c);
-  }
-};
-
-Fixed fixed(double slope_x, double slope_y, double z) {
-  return {static_cast<std::int64_t>(round_half_up(slope_x * kSlopeScale)),
-          static_cast<std::int64_t>(round_half_up(slope_y * kSlopeScale)),
-          static_cast<std::int64_t>(round_half_up(z * kSlopeScale))};
-}
-
-// Weighted sums of the points that passed the gate; `rr` the weighted squares of the residuals in mm.
-struct WeightedMoments : Moments {
-  std::int64_t rr = 0;
-};
-
-WeightedMoments weigh(const NodePoints& p, std::int32_t datum, const Fixed& gate, const Fixed& plane, double scale_mm) {
-  WeightedMoments m;
-  // Steps per 2^-12 mm of residual, in 2^-32.
-  const auto per_residual =
-      static_cast<std::uint64_t>(kWeightSteps / (kCutOff * scale_mm * kSlopeScale) * 4294967296.0 + 0.5);
-  for (std::size_t i = 0; i < p.size; ++i) {
-    const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
-    const std::int64_t z =
-        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
-    if (gate.above(x, y, z) < 0) continue;
-    const std::int64_t e = plane.above(x, y, z);
-    std::int64_t w = kWeightOne;
-    if (e > 0) {
-      const auto step = static_cast<std::uint64_t>(
-          (static_cast<unsigned __int128>(static_cast<std::uint64_t>(e)) * per_residual) >> 32);
-      if (step >= kWeightSteps) continue;
-      w = kWeights[step];
-      if (w == 0) continue;
-    }
-    const std::int64_t r = e >> kSlopeBits, wx = w * x, wy = w * y;
-    m.n += w;
-    m.x += wx;
-    m.y += wy;
-    m.z += w * z;
-    m.xx += wx * x;
-    m.xy += wx * y;
-    m.xz += wx * z;
-    m.yy += wy * y;
-    m.yz += wy * z;
-    m.rr += w * std::min<std::int64_t>(r * r, std::int64_t{1} << 30);
-  }
-  return m;
-}
-
+// n ab - a b, exact, then one rounding to double.
 double central_product(std::int64_t n, std::int64_t ab, std::int64_t a, std::int64_t b) {
+  std::int64_t whole, means, difference;
+  if (!__builtin_mul_overflow(n, ab, &whole) && !__builtin_mul_overflow(a, b, &means) &&
+      !__builtin_sub_overflow(whole, means, &difference))
+    return static_cast<double>(difference);
   return static_cast<double>(static_cast<__int128>(n) * ab - static_cast<__int128>(a) * b);
 }
 
-struct Start {
-  double z;            // height of the start plane at the square's centre, from the datum
-  std::size_t passed;  // points above the gate
+// Where a fit without a prior starts.
+struct LowestPoints {
+  std::int32_t not_isolated_mm;  // the first with two others not further above it than the gap
+  std::int32_t quantile_mm;      // of the points from there on
 };
 
-// Through the lowest point that passes the gate, parallel to the prior.
-Start start_on_prior(const NodePoints& p, std::int32_t datum, const Fixed& gate, const Fixed& prior) {
-  std::int64_t lowest = INT64_MAX;
-  std::size_t passed = 0;
-  for (std::size_t i = 0; i < p.size; ++i) {
-    const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
-    const std::int64_t z =
-        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
-    if (gate.above(x, y, z) < 0) continue;
-    ++passed;
-    lowest = std::min(lowest, prior.above(x, y, z));
-  }
-  return {static_cast<double>(prior.c + (passed ? lowest : 0)) / kSlopeScale, passed};
+// Precondition: at least three points.
+LowestPoints lowest_points(const NodePoints& points, double gap_mm, double quantile) {
+  std::vector<std::int32_t> z(points.z_mm, points.z_mm + points.size);
+  const double most_isolated = static_cast<double>(z.size()) * 0.05 + 1;
+  // Only so many need be in order.
+  const auto sorted =
+      z.begin() + static_cast<std::ptrdiff_t>(std::min(z.size(), static_cast<std::size_t>(most_isolated) + 4));
+  std::partial_sort(z.begin(), sorted, z.end());
+  std::size_t low = 0;
+  while (low + 3 < z.size() && static_cast<double>(low) < most_isolated &&
+         static_cast<double>(std::int64_t{z[low + 2]} - z[low]) > gap_mm)
+    ++low;
+  const auto at = z.begin() + static_cast<std::ptrdiff_t>(
+                                  low + static_cast<std::size_t>(static_cast<double>(z.size() - low) * quantile));
+  const std::int32_t not_isolated_mm = z[low];
+  if (at >= sorted) std::nth_element(sorted, at, z.end());
+  return {not_isolated_mm, *at};
 }
 
 }  // namespace
@@ -118,7 +57,7 @@ std::int32_t LevelRules::completion_halo() const {
 }
 
 LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& given,
-                         const LevelRules& rules) {
+                         const LevelRules& rules, GatedPoints& gated) {
   const LevelParameters& q = rules.p();
   const double r_m = rules.r_m(), r_mm = rules.r_mm();
   LevelNode node;
@@ -150,35 +89,31 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
 
   // Heights from a datum that does not depend on the order of the points.
   std::int32_t datum;
-  Fixed gate, plane;
+  FixedLevelPlane gate, plane;
   double scale_m, ridge_m2;
   int fits;
   if (rules.first()) {
     if (points.size < 3) return node;
-    std::vector<std::int32_t> z(points.z_mm, points.z_mm + points.size);
-    std::sort(z.begin(), z.end());
-    std::size_t low = 0;
-    const double gap_mm = (q.first_gap_m + q.first_gap_per_r * r_m) * 1000;
-    while (low + 3 < z.size() && static_cast<double>(low) < static_cast<double>(z.size()) * 0.05 + 1 &&
-           static_cast<double>(std::int64_t{z[low + 2]} - z[low]) > gap_mm)
-      ++low;
-    datum = z[low];
-    gate = fixed(0, 0, 0);  // nothing below the first point that is not isolated
-    const std::size_t at = low + static_cast<std::size_t>(static_cast<double>(z.size() - low) * q.first_quantile);
-    plane = fixed(0, 0, std::min<double>(z[at] - datum, kMaxNodeRelief_mm));
+    const LowestPoints lowest =
+        lowest_points(points, (q.first_gap_m + q.first_gap_per_r * r_m) * 1000, q.first_quantile);
+    datum = lowest.not_isolated_mm;
+    gate = FixedLevelPlane::of(0, 0, 0);  // nothing below the first point that is not isolated
+    plane = FixedLevelPlane::of(0, 0, std::min<double>(lowest.quantile_mm - datum, kMaxNodeRelief_mm));
+    gated.assign(points, datum, gate);
     scale_m = q.first_scale_m + q.first_scale_per_r * r_m;
     ridge_m2 = q.first_ridge * r_m * r_m * 0.055;  // per point
     fits = 8;
   } else {
     datum = static_cast<std::int32_t>(round_half_up(prior.at(cx, cy)));
-    const Fixed on_prior = fixed(prior.slope_x, prior.slope_y, prior.z - datum);
-    gate = on_prior;
-    gate.c -=
-        static_cast<std::int64_t>(round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + slope)) * 1000 * kSlopeScale));
-    const Start start = start_on_prior(points, datum, gate, on_prior);
-    if (start.passed == 0) return node;
-    plane = on_prior;
-    plane.c = static_cast<std::int64_t>(round_half_up(start.z * kSlopeScale));
+    plane = FixedLevelPlane::of(prior.slope_x, prior.slope_y, prior.z - datum);
+    const auto deep = static_cast<std::int64_t>(
+        round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + slope)) * 1000 * FixedLevelPlane::kUnit));
+    gate = plane;
+    gate.c -= deep;
+    // Through the lowest point that passes the gate, parallel to the prior.
+    const std::int64_t lowest = gated.assign(points, datum, gate);
+    if (gated.size() == 0) return node;
+    plane.c = gate.c + lowest;
     scale_m = q.fit_scale_m + q.fit_scale_slope * r_m * slope;
     ridge_m2 = q.ridge * r_m * r_m * 0.11;
     fits = 4;
@@ -187,8 +122,8 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
   double gx = prior.slope_x, gy = prior.slope_y, mx = 0, my = 0, mz = 0, weight = 0, rms_mm = 0;
   for (int fit = 0; fit < fits; ++fit) {
     const double s = fit == fits - 1 ? std::min(scale_m, q.fit_scale_last_m) : scale_m;
-    const WeightedMoments m = weigh(points, datum, gate, plane, s * 1000);
-    weight = static_cast<double>(m.n) / kWeightOne;
+    const WeightedMoments m = WeightedMoments::of(gated, plane, s * 1000);
+    weight = static_cast<double>(m.n) / kLevelWeightOne;
     if (weight < (rules.first() ? 2.0 : 0.5)) return node;
     const double n = static_cast<double>(m.n), n2 = n * n;
     mx = static_cast<double>(m.x) / n;
@@ -204,7 +139,7 @@ LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const 
     const double det = cxx * cyy - cxy * cxy;
     gx = std::clamp((cxz * cyy - cyz * cxy) / det, -7.9, 7.9);
     gy = std::clamp((cyz * cxx - cxz * cxy) / det, -7.9, 7.9);
-    plane = fixed(gx, gy, mz - gx * mx - gy * my);
+    plane = FixedLevelPlane::of(gx, gy, mz - gx * mx - gy * my);
     rms_mm = std::sqrt(static_cast<double>(m.rr) / n);
   }
   const double fitted = std::sqrt(gx * gx + gy * gy);

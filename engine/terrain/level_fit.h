@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "engine/lattice/plane.h"
+#include "engine/terrain/level_moments.h"
 #include "engine/terrain/level_node.h"
 #include "engine/terrain/level_parameters.h"
 #include "engine/terrain/node_model.h"
@@ -46,9 +47,9 @@ class LevelRules {
 
 // Fits the plane of a node. Depends on the set of points alone, not on their order. `node.level_class` becomes kEmpty,
 // kThin, or kNear (not yet classified against the prior); mean and slope are the prior's where there is no fit.
-// `prior` is ignored on the first level.
+// `prior` is ignored on the first level. `gated` is reused memory.
 LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& prior,
-                         const LevelRules& rules);
+                         const LevelRules& rules, GatedPoints& gated);
 
 // Near or above the prior, and by how much (steps 4 of the method). Only nodes with a plane change.
 void classify(LevelNode& node, const PriorPlane& prior, const LevelRules& rules);

@@ -46,19 +46,22 @@ std::size_t square_of(const CellBox& box, Cell c) {
 void fit_level(const PassContext& context, const PointBins& bins, const BinGrid& grid, const LevelRules& rules,
                const PriorSource& prior, LevelFields& nodes) {
   const auto& tiles = context.table.tiles();
+  std::vector<GatedPoints> gated(static_cast<std::size_t>(context.threads.count()));
   // Everything without points first: it takes the prior.
-  context.for_each_tile("prior", [&](std::size_t i, int) {
+  context.for_each_tile("prior", [&](std::size_t i, int worker) {
     for_each_node(tiles[i].box, [&](NodeId n) {
       LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
       node = LevelNode{};
       if (prior.outside(i, n)) return;
-      node = fit_level_node({}, n.triangle, prior.of(i, n), rules);
+      node = fit_level_node({}, n.triangle, prior.of(i, n), rules, gated[static_cast<std::size_t>(worker)]);
     });
   });
-  for_each_node_with_points(context, "fit", bins, grid, [&](std::size_t i, NodeId n, const NodePoints& points) {
-    if (!prior.outside(i, n))
-      nodes[i].cell(n.cell)[n.triangle] = fit_level_node(points, n.triangle, prior.of(i, n), rules);
-  });
+  for_each_node_with_points(
+      context, "fit", bins, grid, [&](std::size_t i, NodeId n, const NodePoints& points, int worker) {
+        if (!prior.outside(i, n))
+          nodes[i].cell(n.cell)[n.triangle] =
+              fit_level_node(points, n.triangle, prior.of(i, n), rules, gated[static_cast<std::size_t>(worker)]);
+      });
 }
 
 // First level: what lies further from any point than kDomainRings is not part of the map.

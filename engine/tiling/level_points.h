@@ -22,7 +22,7 @@ void for_each_node(const CellBox& box, const Fn& fn) {
   });
 }
 
-// Calls fn(tile, node, points) for every node with points. Bins lie inside tiles (both are cut at multiples of the
+// Calls fn(tile, node, points, worker) for every node with points. Bins lie inside tiles (both are cut at multiples of the
 // coarsest cell), and calls for one bin come from one thread.
 template <class Fn>
 void for_each_node_with_points(const PassContext& context, const char* phase, const PointBins& bins,
@@ -39,7 +39,7 @@ void for_each_node_with_points(const PassContext& context, const char* phase, co
     std::size_t at = 0;
     for_each_node(box, [&](NodeId n) {
       const NodePoints points = sort.node(at++);
-      if (points.size > 0) fn(static_cast<std::size_t>(tile), n, points);
+      if (points.size > 0) fn(static_cast<std::size_t>(tile), n, points, worker);
     });
     context.progress.advance(bin.size);
   });
