@@ -5,18 +5,10 @@
 #include <vector>
 
 #include "engine/lattice/lattice.h"
+#include "engine/terrain/moments.h"
 
 namespace btms {
 namespace {
-
-// n ab - a b, exact, then one rounding to double.
-double central_product(std::int64_t n, std::int64_t ab, std::int64_t a, std::int64_t b) {
-  std::int64_t whole, means, difference;
-  if (!__builtin_mul_overflow(n, ab, &whole) && !__builtin_mul_overflow(a, b, &means) &&
-      !__builtin_sub_overflow(whole, means, &difference))
-    return static_cast<double>(difference);
-  return static_cast<double>(static_cast<__int128>(n) * ab - static_cast<__int128>(a) * b);
-}
 
 // Where a fit without a prior starts.
 struct LowestPoints {
@@ -43,6 +35,84 @@ LowestPoints lowest_points(const NodePoints& points, double gap_mm, double quant
   return {not_isolated_mm, *at};
 }
 
+void store_plane(LevelNode& node, double x, double y, double z, double slope_x, double slope_y) {
+  node.mean_x_mm = static_cast<std::int16_t>(round_half_up(x));
+  node.mean_y_mm = static_cast<std::int16_t>(round_half_up(y));
+  node.mean_z_mm = height_mm(z);
+  node.slope_x = stored_slope(slope_x);
+  node.slope_y = stored_slope(slope_y);
+}
+
+// The prior as a fit sees it: through its height at the node's centroid, with a clamped slope; none on the first level.
+struct FitPrior {
+  PriorPlane plane;
+  double slope;             // of the plane
+  double x_mm, y_mm, z_mm;  // the centroid
+
+  FitPrior(std::uint8_t triangle, const PriorPlane& given, const LevelRules& rules)
+      : plane(rules.first() ? PriorPlane{} : given),
+        x_mm(static_cast<double>(centroid_x3(triangle, rules.r_mm())) / 3),
+        y_mm(static_cast<double>(centroid_y3(triangle, rules.r_mm())) / 3) {
+    const double limit = rules.p().slope_limit, steep = plane.slope();
+    if (steep > limit) {
+      const double at_centroid = plane.at(x_mm, y_mm), shorten = limit / steep;
+      plane.slope_x *= shorten;
+      plane.slope_y *= shorten;
+      plane.z = at_centroid - plane.slope_x * x_mm - plane.slope_y * y_mm;
+    }
+    slope = std::min(steep, limit);
+    z_mm = plane.at(x_mm, y_mm);
+  }
+  // What is known without points.
+  LevelNode node() const {
+    LevelNode node;
+    node.level_class = LevelClass::kEmpty;
+    store_plane(node, x_mm, y_mm, z_mm, plane.slope_x, plane.slope_y);
+    return node;
+  }
+};
+
+PlaneFitRules fit_rules(const LevelRules& rules) {
+  const double r_m = rules.r_m();
+  if (rules.first()) return {8, rules.p().first_ridge * r_m * r_m * 0.055 * 1e6, false, 2.0};
+  return {4, rules.p().ridge * r_m * r_m * 0.11 * 1e6, true, 0.5};
+}
+
+// A node's points on their way to a plane: heights from a datum that does not depend on the order of the points.
+struct LaneStart {
+  std::int32_t datum_mm = 0;
+  PlaneStart start;
+};
+
+// On the first level: flat, nothing below the first point that is not isolated. Precondition: at least three points.
+LaneStart start_first(std::size_t lane, const NodePoints& points, const LevelRules& rules, GatedPoints& gated) {
+  const LevelParameters& q = rules.p();
+  const double r_m = rules.r_m();
+  const LowestPoints lowest = lowest_points(points, (q.first_gap_m + q.first_gap_per_r * r_m) * 1000, q.first_quantile);
+  gated.assign(lane, points, lowest.not_isolated_mm, FixedLevelPlane::of(0, 0, 0));
+  const double z = std::min<double>(lowest.quantile_mm - lowest.not_isolated_mm, kMaxNodeRelief_mm);
+  const double scale_m = q.first_scale_m + q.first_scale_per_r * r_m;
+  return {lowest.not_isolated_mm,
+          {FixedLevelPlane::of(0, 0, z), 0, 0, scale_m * 1000, std::min(scale_m, q.fit_scale_last_m) * 1000}};
+}
+
+// Through the lowest point that passes the gate, parallel to the prior.
+LaneStart start_on_prior(std::size_t lane, const NodePoints& points, const FitPrior& prior, const LevelRules& rules,
+                         GatedPoints& gated) {
+  const LevelParameters& q = rules.p();
+  const double r_m = rules.r_m();
+  const auto datum_mm = static_cast<std::int32_t>(round_half_up(prior.z_mm));
+  FixedLevelPlane plane = FixedLevelPlane::of(prior.plane.slope_x, prior.plane.slope_y, prior.plane.z - datum_mm);
+  plane.c -= static_cast<std::int64_t>(
+      round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + prior.slope)) * 1000 * FixedLevelPlane::kUnit));
+  const std::int64_t lowest = gated.assign(lane, points, datum_mm, plane);
+  if (gated.size(lane) > 0) plane.c += lowest;
+  const double scale_m = q.fit_scale_m + q.fit_scale_slope * r_m * prior.slope;
+  return {
+      datum_mm,
+      {plane, prior.plane.slope_x, prior.plane.slope_y, scale_m * 1000, std::min(scale_m, q.fit_scale_last_m) * 1000}};
+}
+
 }  // namespace
 
 double PriorPlane::slope() const { return std::sqrt(slope_x * slope_x + slope_y * slope_y); }
@@ -56,103 +126,57 @@ std::int32_t LevelRules::completion_halo() const {
   return static_cast<std::int32_t>(std::ceil(reach - 1.0 / 6));
 }
 
-LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& given,
-                         const LevelRules& rules, GatedPoints& gated) {
+LevelNode unfitted_node(std::uint8_t triangle, const PriorPlane& given, const LevelRules& rules) {
+  return FitPrior(triangle, given, rules).node();
+}
+
+void fit_level_square(const SquarePoints& points, const SquarePriors& given, const LevelRules& rules,
+                      GatedPoints& gated, LevelNode* nodes) {
   const LevelParameters& q = rules.p();
-  const double r_m = rules.r_m(), r_mm = rules.r_mm();
-  LevelNode node;
-  node.level_class = LevelClass::kEmpty;
+  const double half = rules.r_mm() / 2.0;
+  std::array<LaneStart, kTriangles> lanes;
+  PlaneStarts starts;
+  gated.clear();
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    const FitPrior prior(t, given[t], rules);
+    nodes[t] = prior.node();
+    nodes[t].count = static_cast<std::uint16_t>(std::min<std::size_t>(points[t].size, 65535));
+    if (points[t].size < (rules.first() ? 3 : 1)) continue;
+    lanes[t] =
+        rules.first() ? start_first(t, points[t], rules, gated) : start_on_prior(t, points[t], prior, rules, gated);
+    starts[t] = lanes[t].start;
+  }
+  if (gated.longest() == 0) return;
+  gated.pad();
+  const auto fits = fit_planes(gated, starts, fit_rules(rules));
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    const FittedPlane& fit = fits[t];
+    if (!fit.fitted) continue;
+    double gx = fit.slope_x, gy = fit.slope_y;
+    const double slope = std::sqrt(gx * gx + gy * gy);
+    if (slope > q.slope_limit) {
+      gx *= q.slope_limit / slope;
+      gy *= q.slope_limit / slope;
+    }
+    LevelNode& node = nodes[t];
+    store_plane(node, std::clamp(fit.x_mm, -half, half), std::clamp(fit.y_mm, -half, half),
+                lanes[t].datum_mm + fit.z_mm, gx, gy);
+    node.weight = saturate_u16(fit.weight / (fit.weight + 1) * kWeightUnit);
+    node.sd_mm = saturate_u16(rules.first() ? fit.rms_mm : std::max(fit.rms_mm, q.inherit * given[t].sd_mm));
+    node.level_class =
+        fit.weight >= (rules.first() ? q.first_min_weight : q.min_weight) ? LevelClass::kNear : LevelClass::kThin;
+  }
+}
 
-  // The prior through its height at the centroid, with a clamped slope.
-  const double cx = static_cast<double>(centroid_x3(triangle, rules.r_mm())) / 3;
-  const double cy = static_cast<double>(centroid_y3(triangle, rules.r_mm())) / 3;
-  PriorPlane prior = given;
-  if (rules.first()) prior = {};
-  const double steep = prior.slope();
-  if (steep > q.slope_limit) {
-    const double at_centroid = prior.at(cx, cy), shorten = q.slope_limit / steep;
-    prior.slope_x *= shorten;
-    prior.slope_y *= shorten;
-    prior.z = at_centroid - prior.slope_x * cx - prior.slope_y * cy;
-  }
-  const double slope = std::min(steep, q.slope_limit);
-  const auto store = [&](double x, double y, double z, double gx, double gy) {
-    node.mean_x_mm = static_cast<std::int16_t>(round_half_up(x));
-    node.mean_y_mm = static_cast<std::int16_t>(round_half_up(y));
-    node.mean_z_mm = height_mm(z);
-    node.slope_x = stored_slope(gx);
-    node.slope_y = stored_slope(gy);
-  };
-  store(cx, cy, prior.at(cx, cy), prior.slope_x, prior.slope_y);
-  if (points.size == 0) return node;
-  node.count = static_cast<std::uint16_t>(std::min<std::size_t>(points.size, 65535));
-
-  // Heights from a datum that does not depend on the order of the points.
-  std::int32_t datum;
-  FixedLevelPlane gate, plane;
-  double scale_m, ridge_m2;
-  int fits;
-  if (rules.first()) {
-    if (points.size < 3) return node;
-    const LowestPoints lowest =
-        lowest_points(points, (q.first_gap_m + q.first_gap_per_r * r_m) * 1000, q.first_quantile);
-    datum = lowest.not_isolated_mm;
-    gate = FixedLevelPlane::of(0, 0, 0);  // nothing below the first point that is not isolated
-    plane = FixedLevelPlane::of(0, 0, std::min<double>(lowest.quantile_mm - datum, kMaxNodeRelief_mm));
-    gated.assign(points, datum, gate);
-    scale_m = q.first_scale_m + q.first_scale_per_r * r_m;
-    ridge_m2 = q.first_ridge * r_m * r_m * 0.055;  // per point
-    fits = 8;
-  } else {
-    datum = static_cast<std::int32_t>(round_half_up(prior.at(cx, cy)));
-    plane = FixedLevelPlane::of(prior.slope_x, prior.slope_y, prior.z - datum);
-    const auto deep = static_cast<std::int64_t>(
-        round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + slope)) * 1000 * FixedLevelPlane::kUnit));
-    gate = plane;
-    gate.c -= deep;
-    // Through the lowest point that passes the gate, parallel to the prior.
-    const std::int64_t lowest = gated.assign(points, datum, gate);
-    if (gated.size() == 0) return node;
-    plane.c = gate.c + lowest;
-    scale_m = q.fit_scale_m + q.fit_scale_slope * r_m * slope;
-    ridge_m2 = q.ridge * r_m * r_m * 0.11;
-    fits = 4;
-  }
-
-  double gx = prior.slope_x, gy = prior.slope_y, mx = 0, my = 0, mz = 0, weight = 0, rms_mm = 0;
-  for (int fit = 0; fit < fits; ++fit) {
-    const double s = fit == fits - 1 ? std::min(scale_m, q.fit_scale_last_m) : scale_m;
-    const WeightedMoments m = WeightedMoments::of(gated, plane, s * 1000);
-    weight = static_cast<double>(m.n) / kLevelWeightOne;
-    if (weight < (rules.first() ? 2.0 : 0.5)) return node;
-    const double n = static_cast<double>(m.n), n2 = n * n;
-    mx = static_cast<double>(m.x) / n;
-    my = static_cast<double>(m.y) / n;
-    mz = static_cast<double>(m.z) / n;
-    // Covariances (mm^2) times the weight, plus the ridge towards the prior's slope.
-    const double ridge = ridge_m2 * 1e6 * (rules.first() ? 1.0 : 1.0 / weight);
-    const double cxx = central_product(m.n, m.xx, m.x, m.x) / n2 + ridge,
-                 cxy = central_product(m.n, m.xy, m.x, m.y) / n2;
-    const double cyy = central_product(m.n, m.yy, m.y, m.y) / n2 + ridge;
-    const double cxz = central_product(m.n, m.xz, m.x, m.z) / n2 + ridge * prior.slope_x;
-    const double cyz = central_product(m.n, m.yz, m.y, m.z) / n2 + ridge * prior.slope_y;
-    const double det = cxx * cyy - cxy * cxy;
-    gx = std::clamp((cxz * cyy - cyz * cxy) / det, -7.9, 7.9);
-    gy = std::clamp((cyz * cxx - cxz * cxy) / det, -7.9, 7.9);
-    plane = FixedLevelPlane::of(gx, gy, mz - gx * mx - gy * my);
-    rms_mm = std::sqrt(static_cast<double>(m.rr) / n);
-  }
-  const double fitted = std::sqrt(gx * gx + gy * gy);
-  if (fitted > q.slope_limit) {
-    gx *= q.slope_limit / fitted;
-    gy *= q.slope_limit / fitted;
-  }
-  store(std::clamp(mx, -r_mm / 2, r_mm / 2), std::clamp(my, -r_mm / 2, r_mm / 2), datum + mz, gx, gy);
-  node.weight = saturate_u16(weight / (weight + 1) * kWeightUnit);
-  node.sd_mm = saturate_u16(rules.first() ? rms_mm : std::max(rms_mm, q.inherit * given.sd_mm));
-  node.level_class =
-      weight >= (rules.first() ? q.first_min_weight : q.min_weight) ? LevelClass::kNear : LevelClass::kThin;
-  return node;
+LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& prior,
+                         const LevelRules& rules, GatedPoints& gated) {
+  SquarePoints square{};
+  SquarePriors priors{};
+  square[triangle] = points;
+  priors[triangle] = prior;
+  std::array<LevelNode, kTriangles> nodes;
+  fit_level_square(square, priors, rules, gated, nodes.data());
+  return nodes[triangle];
 }
 
 void classify(LevelNode& node, const PriorPlane& prior, const LevelRules& rules) {

@@ -19,7 +19,7 @@ ScatterFields scatter_fields(const PassContext& context, const TileTable& coarse
 ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
                              const PointBins& bins, const BinGrid& grid, const std::vector<LevelSurface>& surfaces) {
   ScatterFields fields = scatter_fields(context, coarsest);
-  for_each_node_with_points(context, "spread", bins, grid, [&](std::size_t i, NodeId n, const NodePoints& points, int) {
+  for_each_node_with_points(context, "spread", bins, grid, [&](std::size_t i, NodeId n, const NodePoints& points) {
     if (surfaces[i].is_outside(n)) return;
     const PriorPlane plane = surfaces[i].plane_of(n);
     GroundScatter here;
