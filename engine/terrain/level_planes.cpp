@@ -32,9 +32,10 @@ static_assert(kWeights.front() == kWeightOne && kWeights.back() == 0);
 constexpr std::size_t kLanes = GatedPoints::kLanes;
 using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
 using LongLanes = std::int64_t __attribute__((vector_size(kLanes * sizeof(std::int64_t))));
+using UnsignedLanes = std::uint32_t __attribute__((vector_size(kLanes * sizeof(std::uint32_t))));
 using IntLanes = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
 
-constexpr std::int32_t kPadding_mm = 1 << 30;  // a height far above any plane
+constexpr double kPadding_mm = 1 << 30;  // a height far above any plane
 constexpr double kLargestSquare_mm2 = 1 << 30;
 // Terms of a sum are below 2^41 (a weight and two coordinates of 15 bits, or one and a height of 18), so this many
 // add up in doubles without rounding.
@@ -66,10 +67,10 @@ BTMS_INLINE Lanes floor_of(const Lanes& v) {
   const Lanes nearest = (v + kMagic) - kMagic;
   return nearest > v ? nearest - 1.0 : nearest;
 }
-BTMS_INLINE Lanes load(const std::int32_t* from) {
-  IntLanes v;
+BTMS_INLINE Lanes load(const double* from) {
+  Lanes v;
   std::memcpy(&v, from, sizeof v);
-  return __builtin_convertvector(v, Lanes);
+  return v;
 }
 BTMS_INLINE Lanes limited(const Lanes& v, double limit) {
   const Lanes high = Lanes{} + limit;
@@ -91,20 +92,20 @@ struct LaneMoments {
 };
 
 BTMS_INLINE LaneMoments weigh(const GatedPoints& p, std::size_t longest, const LanePlane& plane,
-                              const Lanes& steps_per_residual) {
+                              const Lanes& steps_per_residual, bool with_residuals) {
   LaneMoments m;
   for (std::size_t begin = 0; begin < longest; begin += kExactPoints) {
     const std::size_t end = std::min(begin + kExactPoints, longest);
     Lanes n{}, sx{}, sy{}, sz{}, xx{}, xy{}, xz{}, yy{}, yz{}, rr{};
     for (std::size_t i = begin * kLanes; i < end * kLanes; i += kLanes) {
-      const Lanes x = load(p.x() + i), y = load(p.y() + i), z = load(p.z() + i);
+      const Lanes x = load(p.x_mm() + i), y = load(p.y_mm() + i), z = load(p.z_mm() + i);
       const Lanes e = z * FixedLevelPlane::kUnit - (plane.a * x + plane.b * y + plane.c);
       Lanes step = e * steps_per_residual;
       step = step > 0.0 ? step : Lanes{};
       step = step < double{kWeightSteps} ? step : Lanes{} + double{kWeightSteps};
-      const IntLanes k = __builtin_convertvector(step, IntLanes);
+      const auto k = reinterpret_cast<UnsignedLanes>(__builtin_convertvector(step, IntLanes));
       const Lanes w{kWeights[k[0]], kWeights[k[1]], kWeights[k[2]], kWeights[k[3]]};
-      const Lanes wx = w * x, wy = w * y, r = floor_of(e / FixedLevelPlane::kUnit), square = r * r;
+      const Lanes wx = w * x, wy = w * y;
       n += w;
       sx += wx;
       sy += wy;
@@ -114,6 +115,8 @@ BTMS_INLINE LaneMoments weigh(const GatedPoints& p, std::size_t longest, const L
       xz += wx * z;
       yy += wy * y;
       yz += wy * z;
+      if (!with_residuals) continue;
+      const Lanes r = floor_of(e / FixedLevelPlane::kUnit), square = r * r;
       rr += w * (square < kLargestSquare_mm2 ? square : Lanes{} + kLargestSquare_mm2);
     }
     m.n += to_integers(n);
@@ -159,7 +162,7 @@ std::int64_t GatedPoints::assign(std::size_t lane, const NodePoints& p, std::int
     const std::size_t to = n * kLanes + lane;
     x_[to] = p.x_mm[i];
     y_[to] = p.y_mm[i];
-    z_[to] = static_cast<std::int32_t>(z);
+    z_[to] = static_cast<double>(z);
     n += above >= 0;
     lowest = std::min(lowest, above >= 0 ? above : INT64_MAX);
   }
@@ -192,7 +195,8 @@ BTMS_WIDE std::array<FittedPlane, GatedPoints::kLanes> fit_planes(const GatedPoi
   Lanes gx{}, gy{}, mx{}, my{}, mz{}, weight{}, mean_square{};
   LongLanes fitted = LongLanes{} - 1;
   for (int fit = 0; fit < rules.fits; ++fit) {
-    const LaneMoments m = weigh(points, longest, plane, fit == rules.fits - 1 ? last_steps : steps);
+    const bool last = fit == rules.fits - 1;
+    const LaneMoments m = weigh(points, longest, plane, last ? last_steps : steps, last);
     const Lanes n = to_doubles(m.n), n2 = n * n;
     weight = n / double{kWeightOne};
     fitted &= weight >= rules.least_weight;

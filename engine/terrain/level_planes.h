@@ -43,13 +43,13 @@ class GatedPoints {
   void pad();
 
   static constexpr std::size_t kLanes = kTriangles;
-  const std::int32_t* x() const { return x_.data(); }  // point i of lane k at i kLanes + k
-  const std::int32_t* y() const { return y_.data(); }
-  const std::int32_t* z() const { return z_.data(); }
+  const double* x_mm() const { return x_.data(); }  // integers; point i of lane k at i kLanes + k
+  const double* y_mm() const { return y_.data(); }
+  const double* z_mm() const { return z_.data(); }
 
  private:
   std::array<std::size_t, kLanes> size_{};
-  std::vector<std::int32_t> x_, y_, z_;
+  std::vector<double> x_, y_, z_;
 };
 
 struct PlaneFitRules {
