@@ -38,18 +38,23 @@ struct TileLinks {
 };
 
 // Calls fn(i, j, o, inside) for every pair of neighbours with a plane: node i of the interior, node j at offset o from
-// it, inside the interior or in the halo.
+// it. Pairs inside the interior come once, i < j; pairs over the border whichever is the smaller.
 template <class Fn>
 void for_each_edge(const TileField<LevelNode>& nodes, const Fn& fn) {
   const std::span<const LevelNode> value = nodes.values();
-  for_each_cell(nodes.interior(), [&](Cell c) {
+  const CellBox &box = nodes.interior(), core = box.grown(-1);
+  const auto cols = static_cast<std::int32_t>(nodes.held().cols());
+  for_each_cell(box, [&](Cell c) {
+    const bool at_border = !core.contains(c);
     for (std::uint8_t t = 0; t < kTriangles; ++t) {
       const auto i = static_cast<std::uint32_t>(nodes.offset(c) + t);
       if (!value[i].has_plane()) continue;
       for (const NodeOffset& o : kNeighbourTable[t]) {
-        const Cell cell{c.col + o.col, c.row + o.row};
-        const auto j = static_cast<std::uint32_t>(nodes.offset(cell) + o.triangle);
-        if (value[j].has_plane()) fn(i, j, o, nodes.interior().contains(cell));
+        const auto j = static_cast<std::uint32_t>(static_cast<std::int32_t>(i) + (o.row * cols + o.col) * kTriangles +
+                                                  o.triangle - t);
+        const bool inside = !at_border || box.contains({c.col + o.col, c.row + o.row});
+        if ((inside && j < i) || !value[j].has_plane()) continue;
+        fn(i, j, o, inside);
       }
     }
   });
@@ -65,7 +70,7 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, TileF
   Components components(value.size());
   for_each_edge(nodes, [&](std::uint32_t i, std::uint32_t j, const NodeOffset& o, bool inside) {
     if (value[i].level_class != value[j].level_class) return;
-    if (inside && (j < i || components.find(i) == components.find(j))) return;  // once, and only if it tells anything
+    if (inside && components.find(i) == components.find(j)) return;  // tells nothing
     if (!edge_between(value[i], value[j], o, rules).linked) return;
     if (inside)
       components.unite(i, j);

@@ -3,10 +3,11 @@
 #include <bit>
 
 #include "engine/lattice/divider.h"
+#include "engine/wide.h"
 
 namespace btms {
 
-void NodeSort::sort(const PointBins::Bin& bin, const BinGrid& grid) {
+BTMS_WIDE void NodeSort::sort(const PointBins::Bin& bin, const BinGrid& grid) {
   const auto n = static_cast<std::size_t>(bin.size);
   const auto b = static_cast<std::uint32_t>(grid.edge_cells);
   const auto r = static_cast<std::uint32_t>(grid.lattice.resolution_mm());
