@@ -98,7 +98,7 @@ void find_sheets(const NodePoints& points, std::span<const std::int32_t> heights
     }
     NodeSheet sheet;
     sheet.plane = fit_level_node({s.x_mm.data(), s.y_mm.data(), s.z_mm.data(), to - from}, triangle,
-                                 prior_of(surface, rules.r_mm(), height(from)), rules);
+                                 prior_of(surface, rules.r_mm(), height(from)), rules, s.gated);
     if (sheet.plane.level_class != LevelClass::kNear) continue;
     const double ax = sheet.plane.slope_x / kSlopeUnit, ay = sheet.plane.slope_y / kSlopeUnit;
     const Presence seen = presence(points, sheet.plane, q.fit_scale_last_m * 1000 * (1 + std::sqrt(ax * ax + ay * ay)),

@@ -38,6 +38,7 @@ struct SheetScratch {
   std::vector<std::int64_t> order;  // height and index in one word
   std::vector<std::int32_t> z_mm;
   std::vector<std::int16_t> x_mm, y_mm;
+  GatedPoints gated;
 };
 
 // The sheets of a node, ascending. Points above the terrain (or far below it) are split where there is a gap; each

@@ -10,98 +10,109 @@
 namespace btms {
 namespace {
 
-constexpr int kSlopeBits = 12;
-constexpr double kSlopeScale = 1 << kSlopeBits;
-constexpr int kWeightOne = 256;    // weights are rounded to 1/256, so every sum is an integer
-constexpr int kWeightSteps = 256;  // residuals up to 4 s in this many steps
-constexpr double kCutOff = 4;      // residuals beyond 4 s do not count
-
-// w(e) = 1 / (1 + (e/s)^4), in 1/256, by e/s.
-constexpr std::array<std::int32_t, kWeightSteps> weight_table() {
-  std::array<std::int32_t, kWeightSteps> table{};
-  for (int i = 0; i < kWeightSteps; ++i) {
-    const double q = (i + 0.5) * kCutOff / kWeightSteps, q2 = q * q;
-    table[i] = static_cast<std::int32_t>(kWeightOne / (1 + q2 * q2) + 0.5);
-  }
-  return table;
-}
-constexpr auto kWeights = weight_table();
-
-// z = (a x + b y + c) / 2^12, millimetres from the square's centre; z from a datum.
-struct Fixed {
-  std::int64_t a = 0, b = 0, c = 0;
-  std::int64_t above(std::int64_t x, std::int64_t y, std::int64_t z) const {  // in 2^-12 mm
-    return (z << kSlopeBits) - (a * x + b * y + c);
-  }
+// Where a fit without a prior starts.
+struct LowestPoints {
+  std::int32_t not_isolated_mm;  // the first with two others not further above it than the gap
+  std::int32_t quantile_mm;      // of the points from there on
 };
 
-Fixed fixed(double slope_x, double slope_y, double z) {
-  return {static_cast<std::int64_t>(round_half_up(slope_x * kSlopeScale)),
-          static_cast<std::int64_t>(round_half_up(slope_y * kSlopeScale)),
-          static_cast<std::int64_t>(round_half_up(z * kSlopeScale))};
+// Precondition: at least three points.
+LowestPoints lowest_points(const NodePoints& points, double gap_mm, double quantile) {
+  std::vector<std::int32_t> z(points.z_mm, points.z_mm + points.size);
+  const double most_isolated = static_cast<double>(z.size()) * 0.05 + 1;
+  // Only so many need be in order.
+  const auto sorted =
+      z.begin() + static_cast<std::ptrdiff_t>(std::min(z.size(), static_cast<std::size_t>(most_isolated) + 4));
+  std::partial_sort(z.begin(), sorted, z.end());
+  std::size_t low = 0;
+  while (low + 3 < z.size() && static_cast<double>(low) < most_isolated &&
+         static_cast<double>(std::int64_t{z[low + 2]} - z[low]) > gap_mm)
+    ++low;
+  const auto at = z.begin() + static_cast<std::ptrdiff_t>(
+                                  low + static_cast<std::size_t>(static_cast<double>(z.size() - low) * quantile));
+  const std::int32_t not_isolated_mm = z[low];
+  if (at >= sorted) std::nth_element(sorted, at, z.end());
+  return {not_isolated_mm, *at};
 }
 
-// Weighted sums of the points that passed the gate; `rr` the weighted squares of the residuals in mm.
-struct WeightedMoments : Moments {
-  std::int64_t rr = 0;
-};
+void store_plane(LevelNode& node, double x, double y, double z, double slope_x, double slope_y) {
+  node.mean_x_mm = static_cast<std::int16_t>(round_half_up(x));
+  node.mean_y_mm = static_cast<std::int16_t>(round_half_up(y));
+  node.mean_z_mm = height_mm(z);
+  node.slope_x = stored_slope(slope_x);
+  node.slope_y = stored_slope(slope_y);
+}
 
-WeightedMoments weigh(const NodePoints& p, std::int32_t datum, const Fixed& gate, const Fixed& plane, double scale_mm) {
-  WeightedMoments m;
-  // Steps per 2^-12 mm of residual, in 2^-32.
-  const auto per_residual =
-      static_cast<std::uint64_t>(kWeightSteps / (kCutOff * scale_mm * kSlopeScale) * 4294967296.0 + 0.5);
-  for (std::size_t i = 0; i < p.size; ++i) {
-    const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
-    const std::int64_t z =
-        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
-    if (gate.above(x, y, z) < 0) continue;
-    const std::int64_t e = plane.above(x, y, z);
-    std::int64_t w = kWeightOne;
-    if (e > 0) {
-      const auto step = static_cast<std::uint64_t>(
-          (static_cast<unsigned __int128>(static_cast<std::uint64_t>(e)) * per_residual) >> 32);
-      if (step >= kWeightSteps) continue;
-      w = kWeights[step];
-      if (w == 0) continue;
+// The prior as a fit sees it: through its height at the node's centroid, with a clamped slope; none on the first level.
+struct FitPrior {
+  PriorPlane plane;
+  double slope;             // of the plane
+  double x_mm, y_mm, z_mm;  // the centroid
+
+  FitPrior(std::uint8_t triangle, const PriorPlane& given, const LevelRules& rules)
+      : plane(rules.first() ? PriorPlane{} : given),
+        x_mm(static_cast<double>(centroid_x3(triangle, rules.r_mm())) / 3),
+        y_mm(static_cast<double>(centroid_y3(triangle, rules.r_mm())) / 3) {
+    const double limit = rules.p().slope_limit, steep = plane.slope();
+    if (steep > limit) {
+      const double at_centroid = plane.at(x_mm, y_mm), shorten = limit / steep;
+      plane.slope_x *= shorten;
+      plane.slope_y *= shorten;
+      plane.z = at_centroid - plane.slope_x * x_mm - plane.slope_y * y_mm;
     }
-    const std::int64_t r = e >> kSlopeBits, wx = w * x, wy = w * y;
-    m.n += w;
-    m.x += wx;
-    m.y += wy;
-    m.z += w * z;
-    m.xx += wx * x;
-    m.xy += wx * y;
-    m.xz += wx * z;
-    m.yy += wy * y;
-    m.yz += wy * z;
-    m.rr += w * std::min<std::int64_t>(r * r, std::int64_t{1} << 30);
+    slope = std::min(steep, limit);
+    z_mm = plane.at(x_mm, y_mm);
   }
-  return m;
-}
-
-double central_product(std::int64_t n, std::int64_t ab, std::int64_t a, std::int64_t b) {
-  return static_cast<double>(static_cast<__int128>(n) * ab - static_cast<__int128>(a) * b);
-}
-
-struct Start {
-  double z;            // height of the start plane at the square's centre, from the datum
-  std::size_t passed;  // points above the gate
+  // What is known without points.
+  LevelNode node() const {
+    LevelNode node;
+    node.level_class = LevelClass::kEmpty;
+    store_plane(node, x_mm, y_mm, z_mm, plane.slope_x, plane.slope_y);
+    return node;
+  }
 };
+
+PlaneFitRules fit_rules(const LevelRules& rules) {
+  const double r_m = rules.r_m();
+  if (rules.first()) return {8, rules.p().first_ridge * r_m * r_m * 0.055 * 1e6, false, 2.0};
+  return {4, rules.p().ridge * r_m * r_m * 0.11 * 1e6, true, 0.5};
+}
+
+// A node's points on their way to a plane: heights from a datum that does not depend on the order of the points.
+struct LaneStart {
+  std::int32_t datum_mm = 0;
+  PlaneStart start;
+};
+
+// On the first level: flat, nothing below the first point that is not isolated. Precondition: at least three points.
+LaneStart start_first(std::size_t lane, const NodePoints& points, const LevelRules& rules, GatedPoints& gated) {
+  const LevelParameters& q = rules.p();
+  const double r_m = rules.r_m();
+  const LowestPoints lowest = lowest_points(points, (q.first_gap_m + q.first_gap_per_r * r_m) * 1000, q.first_quantile);
+  gated.assign(lane, points, lowest.not_isolated_mm, FixedLevelPlane::of(0, 0, 0));
+  const double z = std::min<double>(lowest.quantile_mm - lowest.not_isolated_mm, kMaxNodeRelief_mm);
+  const double scale_m = q.first_scale_m + q.first_scale_per_r * r_m;
+  return {lowest.not_isolated_mm,
+          {FixedLevelPlane::of(0, 0, z), 0, 0, scale_m * 1000, std::min(scale_m, q.fit_scale_last_m) * 1000}};
+}
 
 // Through the lowest point that passes the gate, parallel to the prior.
-Start start_on_prior(const NodePoints& p, std::int32_t datum, const Fixed& gate, const Fixed& prior) {
-  std::int64_t lowest = INT64_MAX;
-  std::size_t passed = 0;
-  for (std::size_t i = 0; i < p.size; ++i) {
-    const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
-    const std::int64_t z =
-        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
-    if (gate.above(x, y, z) < 0) continue;
-    ++passed;
-    lowest = std::min(lowest, prior.above(x, y, z));
-  }
-  return {static_cast<double>(prior.c + (passed ? lowest : 0)) / kSlopeScale, passed};
+LaneStart start_on_prior(std::size_t lane, const NodePoints& points, const FitPrior& prior, const LevelRules& rules,
+                         GatedPoints& gated) {
+  const LevelParameters& q = rules.p();
+  const double r_m = rules.r_m();
+  const auto datum_mm = static_cast<std::int32_t>(round_half_up(prior.z_mm));
+  FixedLevelPlane plane = FixedLevelPlane::of(prior.plane.slope_x, prior.plane.slope_y, prior.plane.z - datum_mm);
+  plane.c -= static_cast<std::int64_t>(
+      round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + prior.slope)) * 1000 * FixedLevelPlane::kUnit));
+  const std::int64_t lowest = gated.assign(lane, points, datum_mm, plane);
+  if (gated.size(lane) > 0) plane.c += lowest;
+  // On the finest level planes are small enough for the ground to be flat within one: what stands out is no ground.
+  const double scale_m = rules.last() ? q.fit_scale_fine_m + q.fit_scale_fine_slope * r_m * prior.slope
+                                      : q.fit_scale_m + q.fit_scale_slope * r_m * prior.slope;
+  return {
+      datum_mm,
+      {plane, prior.plane.slope_x, prior.plane.slope_y, scale_m * 1000, std::min(scale_m, q.fit_scale_last_m) * 1000}};
 }
 
 }  // namespace
@@ -117,109 +128,57 @@ std::int32_t LevelRules::completion_halo() const {
   return static_cast<std::int32_t>(std::ceil(reach - 1.0 / 6));
 }
 
-LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& given,
-                         const LevelRules& rules) {
+LevelNode unfitted_node(std::uint8_t triangle, const PriorPlane& given, const LevelRules& rules) {
+  return FitPrior(triangle, given, rules).node();
+}
+
+void fit_level_square(const SquarePoints& points, const SquarePriors& given, const LevelRules& rules,
+                      GatedPoints& gated, LevelNode* nodes) {
   const LevelParameters& q = rules.p();
-  const double r_m = rules.r_m(), r_mm = rules.r_mm();
-  LevelNode node;
-  node.level_class = LevelClass::kEmpty;
+  const double half = rules.r_mm() / 2.0;
+  std::array<LaneStart, kTriangles> lanes;
+  PlaneStarts starts;
+  gated.clear();
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    const FitPrior prior(t, given[t], rules);
+    nodes[t] = prior.node();
+    nodes[t].count = static_cast<std::uint16_t>(std::min<std::size_t>(points[t].size, 65535));
+    if (points[t].size < (rules.first() ? 3 : 1)) continue;
+    lanes[t] =
+        rules.first() ? start_first(t, points[t], rules, gated) : start_on_prior(t, points[t], prior, rules, gated);
+    starts[t] = lanes[t].start;
+  }
+  if (gated.longest() == 0) return;
+  gated.pad();
+  const auto fits = fit_planes(gated, starts, fit_rules(rules));
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    const FittedPlane& fit = fits[t];
+    if (!fit.fitted) continue;
+    double gx = fit.slope_x, gy = fit.slope_y;
+    const double slope = std::sqrt(gx * gx + gy * gy);
+    if (slope > q.slope_limit) {
+      gx *= q.slope_limit / slope;
+      gy *= q.slope_limit / slope;
+    }
+    LevelNode& node = nodes[t];
+    store_plane(node, std::clamp(fit.x_mm, -half, half), std::clamp(fit.y_mm, -half, half),
+                lanes[t].datum_mm + fit.z_mm, gx, gy);
+    node.weight = saturate_u16(fit.weight / (fit.weight + 1) * kWeightUnit);
+    node.sd_mm = saturate_u16(rules.first() ? fit.rms_mm : std::max(fit.rms_mm, q.inherit * given[t].sd_mm));
+    node.level_class =
+        fit.weight >= (rules.first() ? q.first_min_weight : q.min_weight) ? LevelClass::kNear : LevelClass::kThin;
+  }
+}
 
-  // The prior through its height at the centroid, with a clamped slope.
-  const double cx = static_cast<double>(centroid_x3(triangle, rules.r_mm())) / 3;
-  const double cy = static_cast<double>(centroid_y3(triangle, rules.r_mm())) / 3;
-  PriorPlane prior = given;
-  if (rules.first()) prior = {};
-  const double steep = prior.slope();
-  if (steep > q.slope_limit) {
-    const double at_centroid = prior.at(cx, cy), shorten = q.slope_limit / steep;
-    prior.slope_x *= shorten;
-    prior.slope_y *= shorten;
-    prior.z = at_centroid - prior.slope_x * cx - prior.slope_y * cy;
-  }
-  const double slope = std::min(steep, q.slope_limit);
-  const auto store = [&](double x, double y, double z, double gx, double gy) {
-    node.mean_x_mm = static_cast<std::int16_t>(round_half_up(x));
-    node.mean_y_mm = static_cast<std::int16_t>(round_half_up(y));
-    node.mean_z_mm = height_mm(z);
-    node.slope_x = stored_slope(gx);
-    node.slope_y = stored_slope(gy);
-  };
-  store(cx, cy, prior.at(cx, cy), prior.slope_x, prior.slope_y);
-  if (points.size == 0) return node;
-  node.count = static_cast<std::uint16_t>(std::min<std::size_t>(points.size, 65535));
-
-  // Heights from a datum that does not depend on the order of the points.
-  std::int32_t datum;
-  Fixed gate, plane;
-  double scale_m, ridge_m2;
-  int fits;
-  if (rules.first()) {
-    if (points.size < 3) return node;
-    std::vector<std::int32_t> z(points.z_mm, points.z_mm + points.size);
-    std::sort(z.begin(), z.end());
-    std::size_t low = 0;
-    const double gap_mm = (q.first_gap_m + q.first_gap_per_r * r_m) * 1000;
-    while (low + 3 < z.size() && static_cast<double>(low) < static_cast<double>(z.size()) * 0.05 + 1 &&
-           static_cast<double>(std::int64_t{z[low + 2]} - z[low]) > gap_mm)
-      ++low;
-    datum = z[low];
-    gate = fixed(0, 0, 0);  // nothing below the first point that is not isolated
-    const std::size_t at = low + static_cast<std::size_t>(static_cast<double>(z.size() - low) * q.first_quantile);
-    plane = fixed(0, 0, std::min<double>(z[at] - datum, kMaxNodeRelief_mm));
-    scale_m = q.first_scale_m + q.first_scale_per_r * r_m;
-    ridge_m2 = q.first_ridge * r_m * r_m * 0.055;  // per point
-    fits = 8;
-  } else {
-    datum = static_cast<std::int32_t>(round_half_up(prior.at(cx, cy)));
-    const Fixed on_prior = fixed(prior.slope_x, prior.slope_y, prior.z - datum);
-    gate = on_prior;
-    gate.c -=
-        static_cast<std::int64_t>(round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + slope)) * 1000 * kSlopeScale));
-    const Start start = start_on_prior(points, datum, gate, on_prior);
-    if (start.passed == 0) return node;
-    plane = on_prior;
-    plane.c = static_cast<std::int64_t>(round_half_up(start.z * kSlopeScale));
-    // On the finest level planes are small enough for the ground to be flat within one: what stands out is no ground.
-    scale_m = rules.last() ? q.fit_scale_fine_m + q.fit_scale_fine_slope * r_m * slope
-                           : q.fit_scale_m + q.fit_scale_slope * r_m * slope;
-    ridge_m2 = q.ridge * r_m * r_m * 0.11;
-    fits = 4;
-  }
-
-  double gx = prior.slope_x, gy = prior.slope_y, mx = 0, my = 0, mz = 0, weight = 0, rms_mm = 0;
-  for (int fit = 0; fit < fits; ++fit) {
-    const double s = fit == fits - 1 ? std::min(scale_m, q.fit_scale_last_m) : scale_m;
-    const WeightedMoments m = weigh(points, datum, gate, plane, s * 1000);
-    weight = static_cast<double>(m.n) / kWeightOne;
-    if (weight < (rules.first() ? 2.0 : 0.5)) return node;
-    const double n = static_cast<double>(m.n), n2 = n * n;
-    mx = static_cast<double>(m.x) / n;
-    my = static_cast<double>(m.y) / n;
-    mz = static_cast<double>(m.z) / n;
-    // Covariances (mm^2) times the weight, plus the ridge towards the prior's slope.
-    const double ridge = ridge_m2 * 1e6 * (rules.first() ? 1.0 : 1.0 / weight);
-    const double cxx = central_product(m.n, m.xx, m.x, m.x) / n2 + ridge,
-                 cxy = central_product(m.n, m.xy, m.x, m.y) / n2;
-    const double cyy = central_product(m.n, m.yy, m.y, m.y) / n2 + ridge;
-    const double cxz = central_product(m.n, m.xz, m.x, m.z) / n2 + ridge * prior.slope_x;
-    const double cyz = central_product(m.n, m.yz, m.y, m.z) / n2 + ridge * prior.slope_y;
-    const double det = cxx * cyy - cxy * cxy;
-    gx = std::clamp((cxz * cyy - cyz * cxy) / det, -7.9, 7.9);
-    gy = std::clamp((cyz * cxx - cxz * cxy) / det, -7.9, 7.9);
-    plane = fixed(gx, gy, mz - gx * mx - gy * my);
-    rms_mm = std::sqrt(static_cast<double>(m.rr) / n);
-  }
-  const double fitted = std::sqrt(gx * gx + gy * gy);
-  if (fitted > q.slope_limit) {
-    gx *= q.slope_limit / fitted;
-    gy *= q.slope_limit / fitted;
-  }
-  store(std::clamp(mx, -r_mm / 2, r_mm / 2), std::clamp(my, -r_mm / 2, r_mm / 2), datum + mz, gx, gy);
-  node.weight = saturate_u16(weight / (weight + 1) * kWeightUnit);
-  node.sd_mm = saturate_u16(rules.first() ? rms_mm : std::max(rms_mm, q.inherit * given.sd_mm));
-  node.level_class =
-      weight >= (rules.first() ? q.first_min_weight : q.min_weight) ? LevelClass::kNear : LevelClass::kThin;
-  return node;
+LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& prior,
+                         const LevelRules& rules, GatedPoints& gated) {
+  SquarePoints square{};
+  SquarePriors priors{};
+  square[triangle] = points;
+  priors[triangle] = prior;
+  std::array<LevelNode, kTriangles> nodes;
+  fit_level_square(square, priors, rules, gated, nodes.data());
+  return nodes[triangle];
 }
 
 void classify(LevelNode& node, const PriorPlane& prior, const LevelRules& rules) {

@@ -10,6 +10,7 @@
 #include "engine/lattice/plane.h"
 #include "engine/terrain/level_node.h"
 #include "engine/terrain/level_parameters.h"
+#include "engine/terrain/level_planes.h"
 #include "engine/terrain/node_model.h"
 
 namespace btms {
@@ -45,11 +46,20 @@ class LevelRules {
   bool first_, last_;
 };
 
-// Fits the plane of a node. Depends on the set of points alone, not on their order. `node.level_class` becomes kEmpty,
-// kThin, or kNear (not yet classified against the prior); mean and slope are the prior's where there is no fit.
-// `prior` is ignored on the first level.
+// A node without points: mean and slope are the prior's.
+LevelNode unfitted_node(std::uint8_t triangle, const PriorPlane& prior, const LevelRules& rules);
+
+using SquarePoints = std::array<NodePoints, kTriangles>;
+using SquarePriors = std::array<PriorPlane, kTriangles>;
+
+// Fits the planes of the four nodes of a square. Depends on the sets of points alone, not on their order. level_class
+// becomes kEmpty (like an unfitted node), kThin, or kNear (not yet classified against the prior). Priors are ignored on
+// the first level. `gated` is reused memory.
+void fit_level_square(const SquarePoints& points, const SquarePriors& priors, const LevelRules& rules,
+                      GatedPoints& gated, LevelNode* nodes);
+// One of them, as if the others had no points.
 LevelNode fit_level_node(const NodePoints& points, std::uint8_t triangle, const PriorPlane& prior,
-                         const LevelRules& rules);
+                         const LevelRules& rules, GatedPoints& gated);
 
 // Near or above the prior, and by how much (steps 4 of the method). Only nodes with a plane change.
 void classify(LevelNode& node, const PriorPlane& prior, const LevelRules& rules);

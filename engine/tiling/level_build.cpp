@@ -46,19 +46,24 @@ std::size_t square_of(const CellBox& box, Cell c) {
 void fit_level(const PassContext& context, const PointBins& bins, const BinGrid& grid, const LevelRules& rules,
                const PriorSource& prior, LevelFields& nodes) {
   const auto& tiles = context.table.tiles();
+  std::vector<GatedPoints> gated(static_cast<std::size_t>(context.threads.count()));
   // Everything without points first: it takes the prior.
   context.for_each_tile("prior", [&](std::size_t i, int) {
     for_each_node(tiles[i].box, [&](NodeId n) {
-      LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
-      node = LevelNode{};
-      if (prior.outside(i, n)) return;
-      node = fit_level_node({}, n.triangle, prior.of(i, n), rules);
+      nodes[i].cell(n.cell)[n.triangle] =
+          prior.outside(i, n) ? LevelNode{} : unfitted_node(n.triangle, prior.of(i, n), rules);
     });
   });
-  for_each_node_with_points(context, "fit", bins, grid, [&](std::size_t i, NodeId n, const NodePoints& points) {
-    if (!prior.outside(i, n))
-      nodes[i].cell(n.cell)[n.triangle] = fit_level_node(points, n.triangle, prior.of(i, n), rules);
-  });
+  for_each_square_with_points(
+      context, "fit", bins, grid, [&](std::size_t i, Cell c, const SquarePoints& points, int worker) {
+        SquarePriors priors;
+        for (std::uint8_t t = 0; t < kTriangles; ++t)
+          if (!prior.outside(i, {c, t})) priors[t] = prior.of(i, {c, t});
+        std::array<LevelNode, kTriangles> fitted;
+        fit_level_square(points, priors, rules, gated[static_cast<std::size_t>(worker)], fitted.data());
+        for (std::uint8_t t = 0; t < kTriangles; ++t)
+          if (!prior.outside(i, {c, t})) nodes[i].cell(c)[t] = fitted[t];
+      });
 }
 
 // First level: what lies further from any point than kDomainRings is not part of the map.

@@ -1,11 +1,13 @@
 // Links, rims and verdicts of one round of a level (steps 5 and 6 of the coarse-to-fine method).
 #include <algorithm>
-#include <map>
+#include <tuple>
+#include <utility>
 
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/components.h"
 #include "engine/terrain/level_links.h"
 #include "engine/tiling/level_passes.h"
+#include "engine/tiling/level_points.h"
 #include "engine/tiling/merged_components.h"
 
 namespace btms {
@@ -30,21 +32,36 @@ struct RimEdge {
   bool same(const RimEdge& o) const { return a == o.a && b == o.b && kind == o.kind; }
 };
 
-struct PendingEdge {
-  std::uint32_t i, j;  // offsets into the node field
-  EdgeKind kind;
-};
-
 struct TileLinks {
   std::vector<Component> components;
-  std::vector<PendingEdge> rim;  // inside, and over the border where ours is the smaller key
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // over the border
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // over the border, as offsets into the node field
 };
 
-Cell cell_at(const TileField<LevelNode>& nodes, std::uint32_t offset) {
-  const auto cell = static_cast<std::int64_t>(offset / kTriangles), cols = nodes.held().cols();
-  return {nodes.held().col0 + static_cast<std::int32_t>(cell % cols),
-          nodes.held().row0 + static_cast<std::int32_t>(cell / cols)};
+// Calls fn(i, j, o, inside) for every pair of neighbours with a plane: node i of the interior, node j at offset o from
+// it. Pairs inside the interior come once, i < j; pairs over the border whichever is the smaller.
+template <class Fn>
+void for_each_edge(const TileField<LevelNode>& nodes, const Fn& fn) {
+  const std::span<const LevelNode> value = nodes.values();
+  const CellBox &box = nodes.interior(), core = box.grown(-1);
+  const auto cols = static_cast<std::int32_t>(nodes.held().cols());
+  for_each_cell(box, [&](Cell c) {
+    const bool at_border = !core.contains(c);
+    for (std::uint8_t t = 0; t < kTriangles; ++t) {
+      const auto i = static_cast<std::uint32_t>(nodes.offset(c) + t);
+      if (!value[i].has_plane()) continue;
+      for (const NodeOffset& o : kNeighbourTable[t]) {
+        const auto j = static_cast<std::uint32_t>(static_cast<std::int32_t>(i) + (o.row * cols + o.col) * kTriangles +
+                                                  o.triangle - t);
+        const bool inside = !at_border || box.contains({c.col + o.col, c.row + o.row});
+        if ((inside && j < i) || !value[j].has_plane()) continue;
+        fn(i, j, o, inside);
+      }
+    }
+  });
+}
+
+LevelEdge edge_between(const LevelNode& a, const LevelNode& b, const NodeOffset& o, const LevelRules& rules) {
+  return compare(a, b, o.col * rules.r_mm(), o.row * rules.r_mm(), rules);
 }
 
 void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::span<const Passage> passed,
@@ -52,33 +69,15 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::
   const CellBox& box = nodes.interior();
   const std::span<const LevelNode> value = nodes.values();
   Components components(value.size());
-  for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col)
-      for (std::uint8_t t = 0; t < kTriangles; ++t) {
-        const auto i = static_cast<std::uint32_t>(nodes.offset({col, row}) + t);
-        const LevelNode& a = value[i];
-        if (!a.has_plane()) continue;
-        for (const NodeOffset& o : kNeighbourTable[t]) {
-          const Cell cell{col + o.col, row + o.row};
-          const auto j = static_cast<std::uint32_t>(nodes.offset(cell) + o.triangle);
-          const bool inside = box.contains(cell);
-          if (inside && j < i) continue;  // every inner edge once
-          const LevelNode& b = value[j];
-          if (!b.has_plane()) continue;
-          const LevelEdge edge = compare(a, b, o.col * rules.r_mm(), o.row * rules.r_mm(), rules);
-          const bool same_class = a.level_class == b.level_class;
-          if (edge.linked && same_class) {
-            if (inside)
-              components.unite(i, j);
-            else
-              out.links.emplace_back(i, j);
-          }
-          if (j < i)
-            continue;  // ascending offsets are ascending keys, in the halo too: the other tile counts this edge
-          if (edge.linked && !same_class) out.rim.push_back({i, j, kAgreeEdge});
-          out.rim.push_back({i, j, edge.step > 0 ? kUpEdge : edge.step < 0 ? kDownEdge : kLevelEdge});
-        }
-      }
+  for_each_edge(nodes, [&](std::uint32_t i, std::uint32_t j, const NodeOffset& o, bool inside) {
+    if (value[i].level_class != value[j].level_class) return;
+    if (inside && components.find(i) == components.find(j)) return;  // tells nothing
+    if (!edge_between(value[i], value[j], o, rules).linked) return;
+    if (inside)
+      components.unite(i, j);
+    else
+      out.links.emplace_back(i, j);
+  });
 
   std::vector<std::uint32_t> index(value.size());
   for (std::int32_t row = box.row0; row < box.row1; ++row)
@@ -109,6 +108,22 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::
     if (n.has_plane() && p.borne_by(n.mean_z_mm + (n.slope_x * x + n.slope_y * y) / kSlopeUnit))
       ++out.components[index[components.find(i)]].sums.passages;
   }
+}
+
+// The rims of the components of a tile: edges inside, and over the border where ours is the smaller key (ascending
+// offsets are ascending keys, in the halo too).
+std::vector<RimEdge> rim_edges(const TileField<LevelNode>& nodes, const LevelRules& rules,
+                               const TileField<NodeKey>& ids) {
+  const std::span<const LevelNode> value = nodes.values();
+  const std::span<const NodeKey> id = ids.values();
+  std::vector<RimEdge> edges;
+  for_each_edge(nodes, [&](std::uint32_t i, std::uint32_t j, const NodeOffset& o, bool) {
+    if (j < i || id[i] == id[j]) return;
+    const LevelEdge edge = edge_between(value[i], value[j], o, rules);
+    if (edge.linked && value[i].level_class != value[j].level_class) edges.push_back({id[i], id[j], kAgreeEdge, 1});
+    edges.push_back({id[i], id[j], edge.step > 0 ? kUpEdge : edge.step < 0 ? kDownEdge : kLevelEdge, 1});
+  });
+  return edges;
 }
 
 std::vector<RimEdge> counted(std::vector<RimEdge> edges) {
@@ -213,7 +228,7 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
   std::vector<TileLinks> tile_links(tiles.size());
   const PassagesByTile passed(context.trajectory, context.table);
   context.for_each_tile("link", [&](std::size_t i, int) {
-    ids[i] = TileField<NodeKey>(tiles[i].box, kLinkHalo);
+    ids[i] = TileField<NodeKey>(nodes[i].interior(), nodes[i].halo());  // the same offsets
     link_tile(nodes[i], rules, passed.of(i), ids[i], tile_links[i]);
   });
   exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
@@ -221,17 +236,10 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
   std::vector<std::vector<RimEdge>> tile_edges(tiles.size());
   std::vector<std::vector<Link>> tile_pairs(tiles.size());
   context.for_each_tile("rim", [&](std::size_t i, int) {
-    const auto id_at = [&](std::uint32_t offset) {
-      return ids[i].cell(cell_at(nodes[i], offset))[offset % kTriangles];
-    };
-    for (const auto& [a, b] : tile_links[i].links) tile_pairs[i].push_back({id_at(a), id_at(b)});
+    const std::span<const NodeKey> id = std::as_const(ids[i]).values();
+    for (const auto& [a, b] : tile_links[i].links) tile_pairs[i].push_back({id[a], id[b]});
     sort_unique(tile_pairs[i]);
-    std::vector<RimEdge> edges;
-    for (const PendingEdge& e : tile_links[i].rim) {
-      const NodeKey a = id_at(e.i), b = id_at(e.j);
-      if (a != b) edges.push_back({a, b, e.kind, 1});
-    }
-    tile_edges[i] = counted(std::move(edges));
+    tile_edges[i] = counted(rim_edges(nodes[i], rules, ids[i]));
   });
 
   std::vector<std::vector<Component>> components(tiles.size());

@@ -1,13 +1,17 @@
 #include "engine/tiling/node_sort.h"
 
+#include <bit>
+
 #include "engine/lattice/divider.h"
+#include "engine/wide.h"
 
 namespace btms {
 
-void NodeSort::sort(const PointBins::Bin& bin, const BinGrid& grid) {
+BTMS_WIDE void NodeSort::sort(const PointBins::Bin& bin, const BinGrid& grid) {
   const auto n = static_cast<std::size_t>(bin.size);
   const auto b = static_cast<std::uint32_t>(grid.edge_cells);
   const auto r = static_cast<std::uint32_t>(grid.lattice.resolution_mm());
+  const int bits = std::countr_zero(b);  // b is a power of two
   const std::size_t nodes = std::size_t{b} * b * kTriangles;
   if (key_.size() < n) {
     key_.resize(n);
@@ -38,8 +42,8 @@ void NodeSort::sort(const PointBins::Bin& bin, const BinGrid& grid) {
     for (std::uint32_t i = 0; i < run.size; ++i, ++at) {
       const std::uint32_t k = key_[at], cell = k / kTriangles;
       const std::uint32_t to = end_[k]++;  // afterwards end[k] is where node k ends
-      x_[to] = static_cast<std::int16_t>(run.points[i].x_mm - static_cast<std::int32_t>(cell % b * r) - half);
-      y_[to] = static_cast<std::int16_t>(run.points[i].y_mm - static_cast<std::int32_t>(cell / b * r) - half);
+      x_[to] = static_cast<std::int16_t>(run.points[i].x_mm - static_cast<std::int32_t>((cell & (b - 1)) * r) - half);
+      y_[to] = static_cast<std::int16_t>(run.points[i].y_mm - static_cast<std::int32_t>((cell >> bits) * r) - half);
       z_[to] = run.points[i].z_mm;
     }
 }

@@ -27,6 +27,7 @@ class TileField {
 
   const CellBox& interior() const { return interior_; }
   const CellBox& held() const { return held_; }
+  std::int32_t halo() const { return interior_.col0 - held_.col0; }
 
   // The four values of a cell. Precondition: held() contains it.
   T* cell(Cell c) { return values_.data() + offset(c); }

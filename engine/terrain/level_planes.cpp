@@ -1,0 +1,226 @@
+#include "engine/terrain/level_planes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "engine/terrain/moments.h"
+#include "engine/wide.h"
+
+#pragma GCC diagnostic ignored "-Wpsabi"  // what takes or returns lanes is inlined
+
+namespace btms {
+namespace {
+
+constexpr int kWeightOne = 256;
+constexpr int kWeightSteps = 256;  // residuals up to 4 s in this many steps
+constexpr double kCutOff = 4;
+constexpr double kSteepestFit = 7.9;
+
+// By e/s; beyond the last step nothing is left.
+constexpr std::array<double, kWeightSteps + 1> weight_table() {
+  std::array<double, kWeightSteps + 1> table{};
+  for (int i = 0; i < kWeightSteps; ++i) {
+    const double q = (i + 0.5) * kCutOff / kWeightSteps, q2 = q * q;
+    table[i] = static_cast<std::int32_t>(kWeightOne / (1 + q2 * q2) + 0.5);
+  }
+  return table;
+}
+constexpr auto kWeights = weight_table();
+static_assert(kWeights.front() == kWeightOne && kWeights.back() == 0);
+
+constexpr std::size_t kLanes = GatedPoints::kLanes;
+using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
+using LongLanes = std::int64_t __attribute__((vector_size(kLanes * sizeof(std::int64_t))));
+using UnsignedLanes = std::uint32_t __attribute__((vector_size(kLanes * sizeof(std::uint32_t))));
+using IntLanes = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
+
+constexpr double kPadding_mm = 1 << 30;  // a height far above any plane
+constexpr double kLargestSquare_mm2 = 1 << 30;
+// Terms of a sum are below 2^41 (a weight and two coordinates of 15 bits, or one and a height of 18), so this many
+// add up in doubles without rounding.
+constexpr std::size_t kExactPoints = 1 << 10;
+
+// Added to an integer below 2^51 (in a double), leaves it in the mantissa.
+constexpr double kMagic = 6755399441055744.0;  // 1.5 2^52
+constexpr std::int64_t kExactlyStored = std::int64_t{1} << 51;
+
+#define BTMS_INLINE [[gnu::always_inline]] inline
+
+BTMS_INLINE LongLanes bits(const Lanes& v) {
+  LongLanes out;
+  std::memcpy(&out, &v, sizeof out);
+  return out;
+}
+BTMS_INLINE bool any(const LongLanes& mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
+// Precondition: integers below 2^51.
+BTMS_INLINE LongLanes to_integers(const Lanes& v) { return bits(v + kMagic) - bits(Lanes{} + kMagic); }
+BTMS_INLINE Lanes to_doubles(const LongLanes& v) {
+  if (any((v >= kExactlyStored) | (v <= -kExactlyStored))) return __builtin_convertvector(v, Lanes);
+  const LongLanes shifted = v + bits(Lanes{} + kMagic);
+  Lanes out;
+  std::memcpy(&out, &shifted, sizeof out);
+  return out - kMagic;
+}
+// Precondition: below 2^51.
+BTMS_INLINE Lanes floor_of(const Lanes& v) {
+  const Lanes nearest = (v + kMagic) - kMagic;
+  return nearest > v ? nearest - 1.0 : nearest;
+}
+BTMS_INLINE Lanes load(const double* from) {
+  Lanes v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+BTMS_INLINE Lanes limited(const Lanes& v, double limit) {
+  const Lanes high = Lanes{} + limit;
+  return v < -high ? -high : v > high ? high : v;
+}
+
+struct LanePlane {
+  Lanes a{}, b{}, c{};
+};
+
+// Steps of weight per 2^-12 mm of residual, a multiple of 2^-32.
+double weight_steps(double scale_mm) {
+  constexpr double kUnit = 4294967296.0;
+  return std::floor(kWeightSteps / (kCutOff * scale_mm * FixedLevelPlane::kUnit) * kUnit + 0.5) / kUnit;
+}
+
+struct LaneMoments {
+  LongLanes n{}, x{}, y{}, z{}, xx{}, xy{}, xz{}, yy{}, yz{}, rr{};
+};
+
+BTMS_INLINE LaneMoments weigh(const GatedPoints& p, std::size_t longest, const LanePlane& plane,
+                              const Lanes& steps_per_residual, bool with_residuals) {
+  LaneMoments m;
+  for (std::size_t begin = 0; begin < longest; begin += kExactPoints) {
+    const std::size_t end = std::min(begin + kExactPoints, longest);
+    Lanes n{}, sx{}, sy{}, sz{}, xx{}, xy{}, xz{}, yy{}, yz{}, rr{};
+    for (std::size_t i = begin * kLanes; i < end * kLanes; i += kLanes) {
+      const Lanes x = load(p.x_mm() + i), y = load(p.y_mm() + i), z = load(p.z_mm() + i);
+      const Lanes e = z * FixedLevelPlane::kUnit - (plane.a * x + plane.b * y + plane.c);
+      Lanes step = e * steps_per_residual;
+      step = step > 0.0 ? step : Lanes{};
+      step = step < double{kWeightSteps} ? step : Lanes{} + double{kWeightSteps};
+      const auto k = reinterpret_cast<UnsignedLanes>(__builtin_convertvector(step, IntLanes));
+      const Lanes w{kWeights[k[0]], kWeights[k[1]], kWeights[k[2]], kWeights[k[3]]};
+      const Lanes wx = w * x, wy = w * y;
+      n += w;
+      sx += wx;
+      sy += wy;
+      sz += w * z;
+      xx += wx * x;
+      xy += wx * y;
+      xz += wx * z;
+      yy += wy * y;
+      yz += wy * z;
+      if (!with_residuals) continue;
+      const Lanes r = floor_of(e / FixedLevelPlane::kUnit), square = r * r;
+      rr += w * (square < kLargestSquare_mm2 ? square : Lanes{} + kLargestSquare_mm2);
+    }
+    m.n += to_integers(n);
+    m.x += to_integers(sx);
+    m.y += to_integers(sy);
+    m.z += to_integers(sz);
+    m.xx += to_integers(xx);
+    m.xy += to_integers(xy);
+    m.xz += to_integers(xz);
+    m.yy += to_integers(yy);
+    m.yz += to_integers(yz);
+    m.rr += to_integers(rr);
+  }
+  return m;
+}
+
+// n ab - a b, exact, then one rounding to double.
+BTMS_INLINE Lanes central(const LongLanes& n, const LongLanes& ab, const LongLanes& a, const LongLanes& b) {
+  const Lanes whole = to_doubles(n) * to_doubles(ab), means = to_doubles(a) * to_doubles(b);
+  constexpr double kExact = 9007199254740992.0;  // 2^53
+  if (!any((whole >= kExact) | (whole <= -kExact) | (means >= kExact) | (means <= -kExact))) return whole - means;
+  Lanes out{};
+  for (std::size_t k = 0; k < kLanes; ++k)
+    out[k] = static_cast<double>(static_cast<__int128>(n[k]) * ab[k] - static_cast<__int128>(a[k]) * b[k]);
+  return out;
+}
+
+}  // namespace
+
+std::int64_t GatedPoints::assign(std::size_t lane, const NodePoints& p, std::int32_t datum_mm,
+                                 const FixedLevelPlane& gate) {
+  if (x_.size() < (p.size + 1) * kLanes) {
+    x_.resize((p.size + 1) * kLanes);
+    y_.resize((p.size + 1) * kLanes);
+    z_.resize((p.size + 1) * kLanes);
+  }
+  std::int64_t lowest = INT64_MAX;
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < p.size; ++i) {
+    const std::int64_t z =
+        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum_mm, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
+    const std::int64_t above = gate.above(p.x_mm[i], p.y_mm[i], z);
+    const std::size_t to = n * kLanes + lane;
+    x_[to] = p.x_mm[i];
+    y_[to] = p.y_mm[i];
+    z_[to] = static_cast<double>(z);
+    n += above >= 0;
+    lowest = std::min(lowest, above >= 0 ? above : INT64_MAX);
+  }
+  size_[lane] = n;
+  return lowest;
+}
+
+std::size_t GatedPoints::longest() const { return *std::max_element(size_.begin(), size_.end()); }
+
+void GatedPoints::pad() {
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    for (std::size_t i = size_[lane] * kLanes + lane; i < longest() * kLanes; i += kLanes)
+      x_[i] = y_[i] = 0, z_[i] = kPadding_mm;
+}
+
+BTMS_WIDE std::array<FittedPlane, GatedPoints::kLanes> fit_planes(const GatedPoints& points, const PlaneStarts& starts,
+                                                                  const PlaneFitRules& rules) {
+  const std::size_t longest = points.longest();
+  LanePlane plane;
+  Lanes prior_x{}, prior_y{}, steps{}, last_steps{};
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    plane.a[k] = static_cast<double>(starts[k].plane.a);
+    plane.b[k] = static_cast<double>(starts[k].plane.b);
+    plane.c[k] = static_cast<double>(starts[k].plane.c);
+    prior_x[k] = starts[k].slope_x;
+    prior_y[k] = starts[k].slope_y;
+    steps[k] = weight_steps(starts[k].scale_mm);
+    last_steps[k] = weight_steps(starts[k].last_scale_mm);
+  }
+  Lanes gx{}, gy{}, mx{}, my{}, mz{}, weight{}, mean_square{};
+  LongLanes fitted = LongLanes{} - 1;
+  for (int fit = 0; fit < rules.fits; ++fit) {
+    const bool last = fit == rules.fits - 1;
+    const LaneMoments m = weigh(points, longest, plane, last ? last_steps : steps, last);
+    const Lanes n = to_doubles(m.n), n2 = n * n;
+    weight = n / double{kWeightOne};
+    fitted &= weight >= rules.least_weight;
+    if (!any(fitted)) break;
+    mx = to_doubles(m.x) / n;
+    my = to_doubles(m.y) / n;
+    mz = to_doubles(m.z) / n;
+    // Covariances (mm^2) times the weight, plus the ridge towards the prior's slope.
+    const Lanes ridge = rules.ridge_per_weight ? rules.ridge_mm2 * (1.0 / weight) : Lanes{} + rules.ridge_mm2;
+    const Lanes cxx = central(m.n, m.xx, m.x, m.x) / n2 + ridge, cxy = central(m.n, m.xy, m.x, m.y) / n2;
+    const Lanes cyy = central(m.n, m.yy, m.y, m.y) / n2 + ridge;
+    const Lanes cxz = central(m.n, m.xz, m.x, m.z) / n2 + ridge * prior_x;
+    const Lanes cyz = central(m.n, m.yz, m.y, m.z) / n2 + ridge * prior_y;
+    const Lanes det = cxx * cyy - cxy * cxy;
+    gx = limited((cxz * cyy - cyz * cxy) / det, kSteepestFit);
+    gy = limited((cyz * cxx - cxz * cxy) / det, kSteepestFit);
+    plane = {floor_of(gx * FixedLevelPlane::kUnit + 0.5), floor_of(gy * FixedLevelPlane::kUnit + 0.5),
+             floor_of((mz - gx * mx - gy * my) * FixedLevelPlane::kUnit + 0.5)};
+    mean_square = to_doubles(m.rr) / n;
+  }
+  std::array<FittedPlane, kLanes> out;
+  for (std::size_t k = 0; k < kLanes; ++k)
+    out[k] = {fitted[k] != 0, mx[k], my[k], mz[k], gx[k], gy[k], weight[k], std::sqrt(mean_square[k])};
+  return out;
+}
+
+}  // namespace btms
