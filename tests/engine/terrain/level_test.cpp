@@ -37,7 +37,7 @@ TEST(LevelFit, FindsTheGroundUnderWhatStandsOnIt) {
 }
 
 // The same fit point by point and in integers.
-FittedPlane fit_slowly(const LevelCloud& c, std::int32_t datum, const FixedLevelPlane& gate, const PlaneStart& start,
+FittedPlane fit_slowly(const NodeCloud& c, std::int32_t datum, const FixedLevelPlane& gate, const PlaneStart& start,
                        const PlaneFitRules& rules) {
   constexpr int kBits = FixedLevelPlane::kBits;
   FixedLevelPlane plane = start.plane;
@@ -88,7 +88,7 @@ TEST(LevelPlanes, AreThoseOfIntegersInEveryLane) {
                               round % 2 ? 0.5 : 2.0};
     gated.clear();
     PlaneStarts starts;
-    std::array<LevelCloud, 4> clouds;
+    std::array<NodeCloud, 4> clouds;
     std::array<FixedLevelPlane, 4> gates;
     for (std::size_t k = 0; k < 4; ++k) {
       const std::int64_t relief = random.between(0, 3) == 0 ? 300'000 : random.between(1, 4000);
@@ -122,7 +122,7 @@ TEST(LevelPlanes, AreThoseOfIntegersInEveryLane) {
 TEST(LevelFit, TheNodesOfASquareDoNotSeeEachOther) {
   Random random(8);
   for (int round = 0; round < 100; ++round) {
-    std::array<LevelCloud, 4> clouds;
+    std::array<NodeCloud, 4> clouds;
     SquarePoints points;
     SquarePriors priors;
     for (std::size_t t = 0; t < 4; ++t) {
