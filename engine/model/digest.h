@@ -1,5 +1,5 @@
 // The fingerprint of a terrain model: the sum modulo 2^128 of XXH3-128 over every node's whole stored record (key, its
-// three corner heights, every stored field). A sum does not depend on order, so the digest is the same for any tiling,
+// three corner heights, every stored field) and every further surface. A sum does not depend on order, so the digest is the same for any tiling,
 // thread count, rank count and input order, and equal digests mean equal models.
 #pragma once
 
@@ -24,7 +24,7 @@ struct Digest {
   std::string hex() const;
 };
 
-// Digest of one tile. Nodes that hold nothing do not count, so cropping a tile to its content changes nothing; every
+// Digest of one tile, whose `upper` is ascending as terrain_tile.h says. Nodes that hold nothing do not count, so cropping a tile to its content changes nothing; every
 // known corner height of a finished tile belongs to a node that does.
 Digest digest(const TerrainTile& tile);
 

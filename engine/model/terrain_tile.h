@@ -27,7 +27,7 @@ enum class NodeState : std::uint8_t {
 inline constexpr std::uint16_t kNothingAbove = 65535;  // clearance: nothing was seen above
 inline constexpr std::uint8_t kNotTraversable = 255;   // cost
 
-// One stored node, 18 bytes. Lengths saturate at 65534 mm.
+// One stored node, 18 bytes. Lengths saturate.
 struct NodeSurface {
   NodeState state = NodeState::kUnknown;
   std::uint8_t weight = 0;       // traversability weight (Eq 3 or 11) in 1/255
@@ -38,7 +38,7 @@ struct NodeSurface {
   // Layers on the finished surface; step and cost as traversability.h defines them
   std::uint16_t roughness_mm = 0;              // rms distance of the node's terrain points from the surface
   std::uint16_t step_mm = 0;                   // jump in height of the ground across it
-  std::uint16_t clearance_mm = kNothingAbove;  // from the surface up to the lowest thing seen above it
+  std::uint16_t clearance_mm = kNothingAbove;  // up to the lowest thing seen above it, saturating at 65534
   std::uint8_t cost = kNotTraversable;         // of crossing it with the described vehicle: 0 free .. 254
   std::uint8_t source_level = 0;               // levels coarser than the finest that the height comes from
   friend bool operator==(const NodeSurface&, const NodeSurface&) = default;

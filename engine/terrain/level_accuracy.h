@@ -13,8 +13,10 @@ namespace btms {
 inline double terrain_height_mm(const PriorPlane& surface, double disagreement_mm, double ground_mm,
                                 const LevelParameters& p) {
   const double slope = std::min(surface.slope(), p.label_slope_cap);
-  return p.label_spread * ground_mm + (p.label_disagreement + p.label_slope * slope) * disagreement_mm +
-         p.label_uncertainty * surface.sd_mm;
+  // A good survey of a smooth street is no reason to take a kerb for an obstacle.
+  constexpr double kLeastGround_mm = 45;
+  return p.label_spread * std::max(kLeastGround_mm, ground_mm) +
+         (p.label_disagreement + p.label_slope * slope) * disagreement_mm + p.label_uncertainty * surface.sd_mm;
 }
 
 // Standard deviation of a height where the terrain was seen: the disagreement of the planes. Where the ground is so
@@ -26,9 +28,10 @@ inline double observed_sd_mm(double disagreement_mm, double ground_mm, const Lev
 
 // Where it was not: the spread of what it was inferred from, and what `coarser_mm2` says finer levels would have
 // changed.
-inline double inferred_sd_mm(const PriorPlane& surface, double coarser_mm2, const LevelParameters& p) {
+inline double inferred_sd_mm(const PriorPlane& surface, double coarser_mm2, double ground_mm,
+                             const LevelParameters& p) {
   const double spread_mm = p.sd_inferred * surface.sd_mm;
-  return std::sqrt(spread_mm * spread_mm + coarser_mm2);
+  return std::max(std::sqrt(spread_mm * spread_mm + coarser_mm2), p.sd_least * ground_mm);
 }
 
 }  // namespace btms

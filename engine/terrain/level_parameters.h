@@ -45,7 +45,7 @@ struct LevelParameters {
   double label_slope_cap = 2;
   double level_below_m = 3;
   // Standard deviations
-  double sd_observed = 1.75, sd_smooth_m = 0.035, sd_least = 0.2;
+  double sd_observed = 1.95, sd_smooth_m = 0.04, sd_least = 0.2;
   double sd_inferred = 3.8;
   double filled_m = 16;  // heights from levels this coarse are a guess
   // Bridges

@@ -1,7 +1,6 @@
 // Root mean squares that merge exactly: sums of integers, in any order.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -32,13 +31,11 @@ struct GroundScatter : Scatter {
     constexpr std::int64_t kDeepest_mm = 1000;  // further down is noise, or another surface
     if (below_mm > 0 && below_mm < kDeepest_mm) add(below_mm);
   }
-  double rms_mm() const { return std::sqrt(mean_square_mm2()); }
-  // For thresholds: never below what a good survey has, and few points hardly move it from there.
-  double cautious_rms_mm() const {
+  // Few points hardly move it from what surveys usually have.
+  double rms_mm() const {
     constexpr double kUsual_mm = 45, kUsualPoints = 8;
-    const double mean = (static_cast<double>(squares_mm2) + kUsualPoints * kUsual_mm * kUsual_mm) /
-                        (static_cast<double>(count) + kUsualPoints);
-    return std::max(kUsual_mm, std::sqrt(mean));
+    return std::sqrt((static_cast<double>(squares_mm2) + kUsualPoints * kUsual_mm * kUsual_mm) /
+                     (static_cast<double>(count) + kUsualPoints));
   }
 };
 

@@ -51,8 +51,9 @@ struct Votes {
     ++shortest;
   }
   SpanGround mean() const {
+    // Nobody saw it: the longer the profile, the less is known.
     return {static_cast<std::int32_t>(floor_div(2 * ground_mm + shortest, 2 * std::int64_t{shortest})),
-            static_cast<std::uint16_t>(std::min(spread_mm / 2, 65535))};
+            static_cast<std::uint16_t>(std::min<std::int64_t>(spread_mm / 2 + length_mm / 200, 65535))};
   }
 };
 
@@ -211,7 +212,7 @@ class SpanFinder {
 
 SpanRules::SpanRules(const LevelParameters& p, std::int32_t r)
     : r_mm(r),
-      width_mm(static_cast<std::int32_t>(std::floor(p.span_width_m * 1000 + 0.5))),
+      width_mm(static_cast<std::int32_t>(std::min(std::floor(p.span_width_m * 1000 + 0.5), 64.0 * r))),
       drop_mm(static_cast<std::int32_t>(std::floor(p.span_drop_m * 1000 + 0.5))) {}
 
 std::int32_t SpanRules::halo() const {

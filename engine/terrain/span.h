@@ -19,7 +19,7 @@ namespace btms {
 
 struct SpanRules {
   std::int32_t r_mm = 0;
-  std::int32_t width_mm = 0;  // of the strip, at most
+  std::int32_t width_mm = 0;  // of the strip, at most; never more than 64 squares, whatever the parameter says
   std::int32_t drop_mm = 0;   // at least
 
   SpanRules(const LevelParameters& p, std::int32_t r);

@@ -17,9 +17,11 @@
 namespace btms {
 namespace {
 
-// Edges to the terrain of a surface that can be reached: about those of an end 3 m wide on nodes of 2 m. A roof that
+// Edges to the terrain of a surface that can be reached: about those of an end 3 m wide, 12 on nodes of 2 m. A roof that
 // meets a bank at a corner has fewer, the decks of the scenes and of real maps have 27 and more.
-constexpr std::uint64_t kJoints = 12;
+std::uint64_t least_joints(std::int32_t r_mm) {
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(3, 24'000 / r_mm));
+}
 
 struct SheetId {
   NodeKey node;
@@ -175,7 +177,8 @@ std::vector<SheetSums> sums_of(const SparseField<Sheet>& field, const TerrainTil
 void above_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid,
                 std::vector<TerrainTile>& tiles) {
   const TileTable& table = context.table;
-  const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false, false);
+  const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false,
+                         false);  // a deck is not smooth ground: the wider scale
   std::vector<std::vector<Sheet>> found = look_above(context, bins, grid, rules, tiles);
 
   SparseFields<Sheet> sheets(tiles.size());
@@ -216,9 +219,9 @@ void above_pass(const PassContext& context, const PointBins& bins, const BinGrid
       const LevelNode& plane = s.sheet.plane;
       tile.upper.push_back({static_cast<std::uint32_t>(tile.node_index(id)), height_at_centre_mm(plane), plane.slope_x,
                             plane.slope_y, plane.sd_mm, plane.count,
-                            whole.joints >= kJoints ? UpperKind::kReachable : UpperKind::kDetached});
+                            whole.joints >= least_joints(rules.r_mm()) ? UpperKind::kReachable : UpperKind::kDetached});
     }
-    std::sort(tile.upper.begin(), tile.upper.end(), [](const UpperNode& a, const UpperNode& b) {
+    std::stable_sort(tile.upper.begin(), tile.upper.end(), [](const UpperNode& a, const UpperNode& b) {
       return std::tie(a.node, a.z_mm) < std::tie(b.node, b.z_mm);
     });
   });

@@ -96,7 +96,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
         build_levels(p, table, bins, grid, options.trajectory, options.neighbours_by_lattice, threads, ranks, progress,
                      [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
     const PassContext context{p, built.table, threads, ranks, progress, options.trajectory};
-    above_pass(context, bins, grid, built.tiles);
+    if (options.layers) above_pass(context, bins, grid, built.tiles);
     bins = PointBins();
     watch.lap("above", summary.phases);
     summary.components = built.components.all;

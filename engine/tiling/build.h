@@ -1,8 +1,8 @@
 // The main job: points in, finished tiles out.
 //
-// Passes (docs/architecture.md): partition, model, link, merge, complete, fit, layer, commit. Each sees one tile's interior
-// and copies of its halo; halos are exchanged between passes. The result has the same bits for any tile grid, executor,
-// thread count, rank count, and order or splitting of the inputs.
+// Passes (docs/architecture.md): partition, model, link, merge, complete, fit, layer, commit. Each sees one tile's
+// interior and copies of its halo; halos are exchanged between passes. The result has the same bits for any tile grid,
+// executor, thread count, rank count, and order or splitting of the inputs.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +27,9 @@ struct BuildOptions {
   // Tile edge in cells of the coarsest level, so that any edge nests; 0 = the whole map is one tile (see TileTable).
   // Default: 128 cells of the finest level.
   std::optional<std::int32_t> tile_cells;
-  bool layers = true;                  // fill the layers that only maps need: step and cost
+  bool layers = true;  // also what only maps need: roughness, clearance, further surfaces, step, cost
   std::vector<TrajectoryPoint> trajectory;  // of the sensor, may be empty: see trajectory.h
-  bool neighbours_by_lattice = false;  // scan the lattice instead of querying nanoflann; same bits, for tests
+  bool neighbours_by_lattice = false;       // scan the lattice instead of querying nanoflann; same bits, for tests
   std::uint64_t max_nodes = std::uint64_t{1}
                             << 28;  // halos included; refuse larger maps before allocating (24 bytes a node)
 };

@@ -172,10 +172,9 @@ class LevelCorner {
   // Standard error of the weighted mean, from how far the planes are apart.
   double disagreement() const {
     const double mean = z_ / weight_;
-    double squares = 0, w2 = 0;
+    double squares = 0;
     for (int i = 0; i < count_; ++i) {
       squares += planes_[i].w * planes_[i].w * (planes_[i].z - mean) * (planes_[i].z - mean);
-      w2 += planes_[i].w * planes_[i].w;
     }
     return std::sqrt(squares) / weight_;
   }

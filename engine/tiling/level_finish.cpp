@@ -9,14 +9,13 @@ namespace {
 
 // What holds over a cell of the coarsest level.
 struct Surroundings {
-  double ground_mm = 0, cautious_ground_mm = 0;  // scatter of the ground's points
-  std::vector<double> coarser_mm2;               // variance of a height that is this many levels coarser
+  double ground_mm = 0;             // scatter of the ground's points
+  std::vector<double> coarser_mm2;  // variance of a height that is this many levels coarser
 };
 
 Surroundings surroundings(const ScatterFields& ground, const std::vector<ScatterFields>& misfits, std::size_t tile,
                           Cell c) {
-  const GroundScatter g = around(ground[tile], c);
-  Surroundings s{g.rms_mm(), g.cautious_rms_mm(), {0}};
+  Surroundings s{around(ground[tile], c).rms_mm(), {0}};
   for (auto finer = misfits.rbegin(); finer != misfits.rend(); ++finer)
     s.coarser_mm2.push_back(s.coarser_mm2.back() + around((*finer)[tile], c).mean_square_mm2());
   return s;
@@ -42,13 +41,13 @@ class Finish {
         (static_cast<double>(corners[0].disagreement_mm) + corners[1].disagreement_mm + corners[2].disagreement_mm) / 3;
     out.source_level = plane.source;
     out.weight = static_cast<std::uint8_t>((completed_.cell(n.cell)[n.triangle].weight * 255u + 32768u) >> 16);
-    out.terrain_mm = saturate_u16(terrain_height_mm(plane, disagreement_mm, around.cautious_ground_mm, rules_.p()));
+    out.terrain_mm = saturate_u16(terrain_height_mm(plane, disagreement_mm, around.ground_mm, rules_.p()));
     if (own.has_plane()) {
       out.state = NodeState::kObserved;
       out.sd_mm = saturate_u16(observed_sd_mm(disagreement_mm, around.ground_mm, rules_.p()));
     } else {
       out.state = inferred_state(own, plane);
-      out.sd_mm = saturate_u16(inferred_sd_mm(plane, around.coarser_mm2[plane.source], rules_.p()));
+      out.sd_mm = saturate_u16(inferred_sd_mm(plane, around.coarser_mm2[plane.source], around.ground_mm, rules_.p()));
     }
     const auto rel = triangle_corners(n.triangle);
     tile_.centre_mm[tile_.cell_index(n.cell)] = corners[0].z_mm;
@@ -62,7 +61,7 @@ class Finish {
     const double stands_mm = own.mean_z_mm - plane.at(own.mean_x_mm, own.mean_y_mm);
     if (own.count > 0 && stands_mm > rules_.p().near_m * 1000) return NodeState::kObstacle;
     const double source_m = rules_.r_m() * (1 << plane.source);
-    return source_m >= rules_.p().filled_m ? NodeState::kFilled : NodeState::kPredicted;
+    return plane.source > 0 && source_m >= rules_.p().filled_m ? NodeState::kFilled : NodeState::kPredicted;
   }
 
   const LevelRules& rules_;

@@ -1,5 +1,6 @@
 // Where the sensor has been. What lies right below it is terrain, whatever its rim looks like: the component it passed
-// over is kept.
+// over is kept. Bridges are the exception: a deck it drove over stays a further surface that can be reached, with the
+// terrain below it.
 #pragma once
 
 #include <cstdint>
