@@ -23,7 +23,8 @@ LowestPoints lowest_points(const NodePoints& points, double gap_mm, double quant
   // Only so many need be in order.
   const auto sorted =
       z.begin() + static_cast<std::ptrdiff_t>(std::min(z.size(), static_cast<std::size_t>(most_isolated) + 4));
-  std::partial_sort(z.begin(), sorted, z.end());
+  std::nth_element(z.begin(), sorted, z.end());
+  std::sort(z.begin(), sorted);
   std::size_t low = 0;
   while (low + 3 < z.size() && static_cast<double>(low) < most_isolated &&
          static_cast<double>(std::int64_t{z[low + 2]} - z[low]) > gap_mm)

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/lattice/wide.h"
 #include "engine/terrain/moments.h"
-#include "engine/wide.h"
 
 #pragma GCC diagnostic ignored "-Wpsabi"  // what takes or returns lanes is inlined
 

@@ -3,7 +3,7 @@
 #include <bit>
 
 #include "engine/lattice/divider.h"
-#include "engine/wide.h"
+#include "engine/lattice/wide.h"
 
 namespace btms {
 
