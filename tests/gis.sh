@@ -1,9 +1,11 @@
 #!/bin/sh
-# Checks a finished map with other people's programs: gis.sh MAP.btms [BTMS-PROGRAM]
+# Checks a finished map with other people's programs: gis.sh MAP.btms [BTMS-PROGRAM [upper]]
 # Needs gdal-bin, netcdf-bin, python3-h5py, python3-netcdf4 and python3-xarray. With the btms program, heights are compared with its `query` too.
+# With `upper`, the map must list further surfaces somewhere.
 set -eu
 map=$(realpath "$1")
 btms=${2:-}
+wanted=${3:-}
 [ -z "$btms" ] || btms=$(realpath "$btms")
 view=$map/map.nc
 layer=NETCDF:$view:elevation
@@ -21,11 +23,11 @@ ncdump -h "$view" | grep -q 'Conventions = "CF-1.8"' || fail "ncdump: no CF conv
 ncdump -v elevation,class "$view" > /dev/null || fail "ncdump can't read the layers"
 
 # Every point the middle of a square whose height is known: x y z.
-points=$($python - "$map" << 'EOF'
+points=$($python - "$map" "$wanted" << 'EOF'
 import glob, json, sys
 import h5py
 import numpy as np
-folder = sys.argv[1]
+folder, wanted = sys.argv[1:]
 manifest = json.load(open(folder + "/manifest.json"))
 view = h5py.File(folder + "/map.nc", "r")
 x, y, z = view["x"][:], view["y"][:], view["elevation"]
@@ -33,7 +35,7 @@ r = manifest["layout"]["resolution_mm"] / 1000
 assert len(x) < 2 or abs(abs(x[1] - x[0]) - r) < 1e-6 or manifest["crs_wkt"], "x is not spaced by r"
 assert (np.diff(x) > 0).all() and (np.diff(y) < 0).all(), "axes do not run east and south"
 centre = view["tgf/centre_height"]
-seen, points = 0, []
+seen, listed, points = 0, 0, []
 for shard in manifest["shards"]:
     part = h5py.File(folder + "/shards/" + shard["file"], "r")
     here = part["elevation"][:]                 # through the stock filters
@@ -50,12 +52,20 @@ for shard in manifest["shards"]:
         upper = part["tgf/upper"][:]            # indices of CF's compression by gathering
         assert (np.diff(upper) >= 0).all() and upper[0] >= 0 and upper[-1] < part["tgf/state"].size, "bad list"
         _, i, j = np.unravel_index(upper, part["tgf/state"].shape)
-        assert not np.isnan(part["upper_elevation"][:][i, j]).any(), "upper_elevation leaves a listed surface out"
+        least = np.full(here.shape, np.inf)
+        np.minimum.at(least, (i, j), part["tgf/upper_height"][:] / 1000)
+        least[np.isinf(least)] = np.nan
+        assert np.array_equal(part["upper_elevation"][:], least.astype("f4"), equal_nan=True), \
+            "upper_elevation is not the least height listed for its square"
+        listed += len(upper)
+    else:
+        assert np.isnan(part["upper_elevation"][:]).all(), "upper_elevation shows what no list has"
     seen += int(known.sum())
     where = np.argwhere(known)
     for i, j in where[:: max(1, len(where) // 3)][:3]:
         points.append((x[col + j], y[row + i], float(here[i, j])))
 assert seen > 0, "no height anywhere"
+assert listed > 0 or wanted != "upper", "no list of further surfaces anywhere"
 for p in points[:: max(1, len(points) // 12)][:12]:
     print("%.6f %.6f %.6f" % p)
 EOF

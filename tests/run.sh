@@ -22,6 +22,6 @@ if [ -n "$all" ]; then
   btms=build/release/bin/btms
   $btms synth --scene city --points 200000 -o "$folder/truth"
   $btms build "$folder/truth" -o "$folder/city.btms" --crs EPSG:25832
-  tests/gis.sh "$folder/city.btms" "$btms"
+  tests/gis.sh "$folder/city.btms" "$btms" upper
 fi
 ctest --preset release --parallel 2

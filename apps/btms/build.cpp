@@ -2,6 +2,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 
@@ -12,7 +13,9 @@
 #include "apps/btms/parameter_options.h"
 #include "apps/btms/reference_system.h"
 #include "apps/btms/stop_signal.h"
+#include "apps/btms/tile_cache.h"
 #include "engine/error.h"
+#include "engine/model/surface.h"
 #include "io/export/relief.h"
 #include "io/points/trajectory.h"
 #include "io/store/map_store.h"
@@ -94,6 +97,15 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
   return summary;
 }
 
+// Whether any pose has terrain below it that can have borne the sensor.
+bool bore_the_sensor(const MapReader& reader, const std::vector<TrajectoryPoint>& trajectory) {
+  const TileCache map(reader);
+  return std::any_of(trajectory.begin(), trajectory.end(), [&](const TrajectoryPoint& p) {
+    const SurfacePoint s = surface_at(map, static_cast<double>(p.x_mm) / 1000, static_cast<double>(p.y_mm) / 1000);
+    return s.state != NodeState::kUnknown && Passage{{}, 0, 0, p.z_mm}.borne_by(s.z_m * 1000);
+  });
+}
+
 int run_build(const BuildCommand& command) {
   const ParameterChoice choice = command.parameters.resolve();
   const Executor executor = parse_executor(command.executor);
@@ -106,10 +118,18 @@ int run_build(const BuildCommand& command) {
     throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);
   const InputList list = expand_inputs(command.inputs);
   const auto& paths = list.paths;
-  if (!command.picture.empty()) check_picture(command.picture, command.output, paths);
+  if (!command.picture.empty()) {
+    std::vector<fs::path> read = paths;
+    if (!command.trajectory.empty()) read.emplace_back(command.trajectory);
+    check_picture(command.picture, command.output, read);
+  }
   const PictureLayer& layer = picture_layer(command.layer);
-  if (!command.trajectory.empty()) options.trajectory = read_trajectory(command.trajectory);
   MapInfo info;
+  if (!command.trajectory.empty()) {
+    options.trajectory = read_trajectory(command.trajectory);
+    info.trajectory = {fs::path(command.trajectory).filename().string(), options.trajectory.size(),
+                       fs::file_size(command.trajectory)};
+  }
   info.parameters = choice.parameters;
   info.preset = choice.preset;
   BuildReport report;
@@ -145,6 +165,13 @@ int run_build(const BuildCommand& command) {
         "a robot");
     spdlog::warn("{}", report.warnings.back());
   }
+  if (info.trajectory && !bore_the_sensor(*MapReader::open(command.output), options.trajectory)) {
+    report.warnings.emplace_back(
+        "the trajectory changes nothing: no pose lies close above the map's terrain; is it in the frame of the points, "
+        "in metres?");
+    spdlog::warn("{}", report.warnings.back());
+  }
+  report.trajectory = info.trajectory;
   if (!command.picture.empty()) write_relief(*MapReader::open(command.output), command.picture, kReliefPixels, layer);
   report.map = command.output;
   report.picture = command.picture;

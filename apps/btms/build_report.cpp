@@ -33,17 +33,27 @@ Json report_json(const BuildReport& report) {
   json["preset"] = report.choice.preset;
   json["parameters"] = parameters_json(report.choice.parameters);
   json["inputs"] = report.inputs;
+  json["trajectory"] = trajectory_json(report.trajectory);
   json["warnings"] = report.warnings;
   return json;
 }
 
 }  // namespace
 
+Json trajectory_json(const std::optional<TrajectoryRecord>& t) {
+  return t ? Json{{"name", t->name}, {"poses", t->poses}, {"bytes", t->bytes}} : Json();
+}
+
+std::string trajectory_text(const TrajectoryRecord& t) {
+  return fmt::format("{}, {}", t.name, counted(t.poses, "pose"));
+}
+
 void print_build_report(const BuildReport& report, bool as_json) {
   if (as_json) return print_json(report_json(report));
   const BuildSummary& s = report.summary;
   TextTable table(TextTable::Align::kLeft);
   table.row({"points", fmt::format("{} from {}", grouped(s.points), counted(report.inputs.size(), "file"))});
+  if (report.trajectory) table.row({"trajectory", trajectory_text(*report.trajectory)});
   table.row({"dropped", fmt::format("{} not finite, {} out of range", grouped(s.not_finite), grouped(s.out_of_range))});
   table.row({"tiles", grouped(s.tiles)});
   table.row({"nodes", fmt::format("{}: {} observed, {} predicted, {} obstacle, {} filled, {} unknown", grouped(s.nodes),

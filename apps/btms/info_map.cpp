@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "apps/btms/build_report.h"
 #include "apps/btms/info.h"
 #include "apps/btms/open_map.h"
 #include "apps/btms/parameter_options.h"
@@ -14,6 +15,7 @@ namespace {
 struct Content {
   CellBox cells;  // with anything in them
   std::array<std::uint64_t, 5> nodes{};
+  std::uint64_t reachable = 0, detached = 0;  // further surfaces, a node each
   std::int32_t low_mm = std::numeric_limits<std::int32_t>::max(), high_mm = std::numeric_limits<std::int32_t>::min();
 
   std::uint64_t of(NodeState state) const { return nodes[static_cast<std::size_t>(state)]; }
@@ -23,6 +25,7 @@ struct Content {
     cells = cells.hull(tile.box);
     for (const NodeSurface& node : tile.nodes)
       if (node.state != NodeState::kUnknown || node.count > 0) ++nodes[static_cast<std::size_t>(node.state)];
+    for (const UpperNode& u : tile.upper) ++(u.kind == UpperKind::kReachable ? reachable : detached);
     for (const auto* heights : {&tile.corner_mm, &tile.centre_mm})
       for (const std::int32_t mm : *heights)
         if (mm != kUnknownHeight_mm) {
@@ -33,6 +36,8 @@ struct Content {
   void add(const Content& other) {
     cells = cells.hull(other.cells);
     for (std::size_t s = 0; s < nodes.size(); ++s) nodes[s] += other.nodes[s];
+    reachable += other.reachable;
+    detached += other.detached;
     low_mm = std::min(low_mm, other.low_mm);
     high_mm = std::max(high_mm, other.high_mm);
   }
@@ -82,10 +87,12 @@ void print_map(const std::string& path, bool as_json, const Threads& threads) {
                      {"obstacle", obstacle},
                      {"filled", filled},
                      {"unknown", unknown}};
+    json["upper"] = {{"reachable", content.reachable}, {"detached", content.detached}};
     json["crs"] = info.crs_wkt;
     json["preset"] = info.preset;
     json["parameters"] = parameters_json(info.parameters);
     json["inputs"] = inputs;
+    json["trajectory"] = trajectory_json(info.trajectory);
     return print_json(json);
   }
   TextTable table(TextTable::Align::kLeft);
@@ -97,11 +104,14 @@ void print_map(const std::string& path, bool as_json, const Threads& threads) {
   for (std::size_t i = 0; i < std::min(info.inputs.size(), kInputsShown); ++i)
     table.row({"input", fmt::format("{}, {}", info.inputs[i].name, counted(info.inputs[i].points, "point"))});
   if (info.inputs.size() > kInputsShown) table.row({"", fmt::format("... {} more", info.inputs.size() - kInputsShown)});
+  if (info.trajectory) table.row({"trajectory", trajectory_text(*info.trajectory)});
   table.row({"x", fmt::format("{:.3f} to {:.3f} m", west, east)});
   table.row({"y", fmt::format("{:.3f} to {:.3f} m", south, north)});
   table.row({"z", content.has_surface() ? fmt::format("{:.3f} to {:.3f} m", low, high) : "no surface anywhere"});
   table.row({"nodes", fmt::format("{} observed, {} predicted, {} obstacle, {} filled, {} unknown", grouped(observed),
                                   grouped(predicted), grouped(obstacle), grouped(filled), grouped(unknown))});
+  table.row({"upper", fmt::format("{} reachable, {} detached nodes of further surfaces", grouped(content.reachable),
+                                  grouped(content.detached))});
   table.row({"tiles", fmt::format("{} of {} x {} squares of {} m", grouped(tiles), info.layout.grid.edge_cells,
                                   info.layout.grid.edge_cells, r)});
   table.row({"crs", crs_title(info.crs_wkt)});

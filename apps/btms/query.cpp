@@ -100,7 +100,8 @@ Json answer_json(const Answer& a) {
 
 std::string upper_text(const std::vector<UpperPoint>& upper) {
   std::string text;
-  for (const UpperPoint& u : upper) text += fmt::format("{}{:.3f}", text.empty() ? "" : ",", u.z_m);
+  for (const UpperPoint& u : upper)
+    text += fmt::format("{}{:.3f}:{}", text.empty() ? "" : ",", u.z_m, kind_name(u.kind));
   return text.empty() ? "-" : text;
 }
 
@@ -126,7 +127,7 @@ int run_query(const QueryCommand& command) {
   if (!command.common.json)
     print_line(
         "# x_m y_m z_m state sd_m normal_x normal_y normal_z support weight count terrain_m roughness_m step_m "
-        "clearance_m cost source_m upper_z_m");
+        "clearance_m cost source_m upper_z_m:kind");
   const auto answer = [&](const Place& place) {
     if (command.common.json)
       places.push_back(answer_json(answer_for(map, place)));
@@ -162,7 +163,8 @@ constexpr const char* kFooter =
     "those from it, step the jump in height of the ground, clearance what is free above it (inf, or null, where\n"
     "nothing is above), cost what crossing costs the vehicle of the parameters (0 to 1; inf, or null: not\n"
     "traversable), source the edge of the squares the height comes from, upper the heights of further surfaces there\n"
-    "(bridge decks, ceilings). With --json one --at gives one object, several or stdin give {\"places\": [...]}.";
+    "(bridge decks, ceilings), each with its kind: reachable where it joins the terrain somewhere, else detached. With "
+    "--json one --at gives one object, several or stdin give {\"places\": [...]}.";
 
 }  // namespace
 

@@ -132,7 +132,7 @@ Command add_synth(CLI::App& btms) {
   app->add_option("-o,--output", command->output, "Folder for the tiles; made when missing")
       ->required()
       ->type_name("DIR");
-  add_scene_options(*app, command->arguments, "");
+  add_scene_options(*app, command->arguments, "Options");
   app->add_option("--points", command->arguments.scene.points, "Points, about")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40))
       ->type_name("N");

@@ -15,6 +15,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "rasters are stored little-endian");
 
 constexpr std::size_t kChunkCells = 128, kChunkUpper = std::size_t{1} << 16;
+constexpr std::uint8_t kCoarsestSource = 5;  // a map has at most 6 levels
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
 constexpr LayerInfo kLayers[] = {
@@ -65,13 +66,13 @@ constexpr LayerInfo kLayers[] = {
     {LayerId::kUpperHeight, "upper_height", true, Raster::kPerUpper, Element::kI32, 0.001, "m",
      "height of the further surface at the square's centre", false},
     {LayerId::kUpperSlopeX, "upper_slope_x", true, Raster::kPerUpper, Element::kI16, 1.0 / 8192, "1",
-     "its rise to the east", false},
+     "rise of the further surface to the east", false},
     {LayerId::kUpperSlopeY, "upper_slope_y", true, Raster::kPerUpper, Element::kI16, 1.0 / 8192, "1",
-     "its rise to the north", false},
-    {LayerId::kUpperSd, "upper_sd", true, Raster::kPerUpper, Element::kU16, 0.001, "m", "spread of its points about it",
-     false},
+     "rise of the further surface to the north", false},
+    {LayerId::kUpperSd, "upper_sd", true, Raster::kPerUpper, Element::kU16, 0.001, "m",
+     "spread of the points of the further surface about it", false},
     {LayerId::kUpperCount, "upper_count", true, Raster::kPerUpper, Element::kU16, 0, "1",
-     "its points, 65535 is that many or more", false},
+     "points of the further surface, 65535 is that many or more", false},
     {LayerId::kUpperKind, "upper_kind", true, Raster::kPerUpper, Element::kU8, 0, nullptr, "kind of further surface",
      false},
 };
@@ -248,6 +249,8 @@ void scatter(const LayerInfo& layer, std::span<const std::uint8_t> values, Terra
     case LayerId::kCost:
       return each_value<std::uint8_t>(s, values, nodes([](NodeSurface& n, std::uint8_t v) { n.cost = v; }));
     case LayerId::kSourceLevel:
+      if (std::any_of(values.begin(), values.end(), [](std::uint8_t v) { return v > kCoarsestSource; }))
+        throw Error(ErrorCode::kVerification, "layer tgf/source_level holds a level no map has");
       return each_value<std::uint8_t>(s, values, nodes([](NodeSurface& n, std::uint8_t v) { n.source_level = v; }));
     default:
       return;  // GIS layers follow from these; lists

@@ -87,7 +87,7 @@ LayerShape chunk_shape(const LayerInfo& layer, const CellBox& box, std::size_t u
 // The layer's raster, little-endian. Not for lists (upper_layers.h).
 std::vector<std::uint8_t> gather(const LayerInfo& layer, const TerrainTile& tile);
 // The way back, for the rasters in tgf. Precondition: values.size() fits the tile's box. Throws Error(kVerification)
-// for a state there is none of.
+// for a state or a source level there is none of.
 void scatter(const LayerInfo& layer, std::span<const std::uint8_t> values, TerrainTile& tile);
 
 // What GIS programs see: one value a square, derived from the stored integers alone. `cell` is the index of the square

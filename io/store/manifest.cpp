@@ -156,6 +156,11 @@ Manifest parse_head(const Json& root) {
     m.info.inputs.push_back({text_member(in, "name"),
                              static_cast<std::uint64_t>(integer_member(in, "points", 0, kMaxInt64)),
                              static_cast<std::uint64_t>(integer_member(in, "bytes", 0, kMaxInt64))});
+  if (root.contains("trajectory")) {
+    const Json& t = root["trajectory"];
+    m.info.trajectory = {text_member(t, "name"), static_cast<std::uint64_t>(integer_member(t, "poses", 0, kMaxInt64)),
+                         static_cast<std::uint64_t>(integer_member(t, "bytes", 0, kMaxInt64))};
+  }
   m.info.digest = digest_member(root, "digest");
   return m;
 }
@@ -208,6 +213,8 @@ std::string manifest_text(const Manifest& m) {
   line("points", info.points);
   line("dropped", info.dropped);
   line("inputs", inputs);
+  if (const auto& t = info.trajectory)
+    line("trajectory", {{"name", t->name}, {"poses", t->poses}, {"bytes", t->bytes}});
   line("digest", info.digest.hex());
   body += ",\n\"shards\":[";
   for (std::size_t i = 0; i < m.shards.size(); ++i)
@@ -228,6 +235,17 @@ Manifest parse_manifest(std::span<const std::uint8_t> text, const std::string& f
     return m;
   } catch (const Error& e) {
     throw Error(e.code() == ErrorCode::kVerification ? e.code() : ErrorCode::kBadInput, e.what(), file);
+  }
+}
+
+bool is_of_older_program(std::span<const std::uint8_t> text) {
+  try {
+    check_own_hash(text);
+    const Json root = parse_json(text);
+    return text_member(root, "format") == kFormat &&
+           integer_member(root, "schema_version", 1, kMaxInt64) < kSchemaVersion;
+  } catch (const Error&) {
+    return false;
   }
 }
 

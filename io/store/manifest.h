@@ -41,6 +41,9 @@ std::string manifest_text(const Manifest& manifest);
 // but has the wrong hash. `file` is the name for messages.
 Manifest parse_manifest(std::span<const std::uint8_t> text, const std::string& file);
 
+// Whether it is the sound manifest of a map of an earlier schema, which nothing but its removal is left for.
+bool is_of_older_program(std::span<const std::uint8_t> text);
+
 // Shard entries alone, for finish().
 std::vector<std::uint8_t> entries_bytes(const std::vector<ShardEntry>& shards);
 std::vector<ShardEntry> parse_entries(std::span<const std::uint8_t> bytes, const MapLayout& layout);

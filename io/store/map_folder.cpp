@@ -55,9 +55,12 @@ bool is_same(const Descriptor& fd, const fs::path& folder) {
          opened.st_ino == named.st_ino;
 }
 
+std::vector<std::uint8_t> manifest_bytes(const fs::path& folder) {
+  return read_file(folder / kManifest, kMaxManifest_bytes, ErrorCode::kBadInput);
+}
+
 Manifest read_manifest(const fs::path& folder) {
-  const fs::path file = folder / kManifest;
-  return parse_manifest(read_file(file, kMaxManifest_bytes, ErrorCode::kBadInput), file.string());
+  return parse_manifest(manifest_bytes(folder), (folder / kManifest).string());
 }
 
 }  // namespace
@@ -127,6 +130,9 @@ std::uint64_t start_revision(const fs::path& folder) {
       revision = read_manifest(folder).info.revision + 1;
     } catch (const Error& e) {
       if (e.code() == ErrorCode::kFailed) throw;
+      if (is_of_older_program(manifest_bytes(folder)))
+        throw Error(ErrorCode::kUsage, "this map was made by an older program; remove it first, or choose another name",
+                    folder.string());
       throw Error(
           ErrorCode::kUsage,
           std::string("will not replace what is not a sound map; remove it or choose another name (") + e.what() + ")",

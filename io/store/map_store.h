@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,12 @@ struct InputRecord {
   std::uint64_t bytes = 0;
 };
 
+struct TrajectoryRecord {
+  std::string name;
+  std::uint64_t poses = 0;
+  std::uint64_t bytes = 0;
+};
+
 // What a map says of itself.
 struct MapInfo {
   MapLayout layout;
@@ -27,7 +34,8 @@ struct MapInfo {
   std::string preset;   // name the parameters started from, or empty
   std::string crs_wkt;  // WKT2 with its EPSG id where there is one, or empty
   std::vector<InputRecord> inputs;
-  Digest digest;  // of the decoded content of all shards
+  std::optional<TrajectoryRecord> trajectory;  // of the sensor, where one was given
+  Digest digest;                               // of the decoded content of all shards
   std::uint64_t revision = 1;
   std::uint64_t points = 0, dropped = 0;
 };

@@ -111,7 +111,8 @@ class FolderWriter final : public MapWriter {
         tile.box.cells() > kMaxShardCells)
       throw Error(ErrorCode::kFailed, "tile " + tile_text(id) + " doesn't belong to this map's lattice");
     if (!is_sound_list(tile.upper, tile.box))
-      throw Error(ErrorCode::kFailed, "tile " + tile_text(id) + " lists its further surfaces out of order");
+      throw Error(ErrorCode::kFailed,
+                  "tile " + tile_text(id) + " lists its further surfaces out of order, or too many of them");
     const TileId shard = shard_of(layout_, id);
     std::vector<PlacedTile> complete;
     {

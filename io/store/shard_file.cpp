@@ -84,15 +84,15 @@ void set_filters(const LayerInfo& layer, const TerrainTile& tile, hid_t properti
 
 std::string dataset_name(const LayerInfo& layer) { return std::string(layer.in_tgf ? "tgf/" : "") + layer.name; }
 
-// Entries of the lists of further surfaces: 0 where the shard has none. Every entry takes at least a bit of its file,
-// whatever deflate does.
-std::size_t count_upper(hid_t file, std::size_t file_bytes) {
+// Entries of the lists of further surfaces: 0 where the shard has none. At most as many as the box can bear.
+std::size_t count_upper(hid_t file, const CellBox& box) {
   const htri_t exists = hdf5_check(H5Lexists(file, "tgf/upper", H5P_DEFAULT), "look for a list");
   if (exists == 0) return 0;
   const Hdf5Dataset data(H5Dopen2(file, "tgf/upper", H5P_DEFAULT), "open a list");
   const Hdf5Space space(H5Dget_space(data.get()), "read a list's extent");
   const hssize_t n = hdf5_check(H5Sget_simple_extent_npoints(space.get()), "read a list's extent");
-  if (n < 1 || static_cast<std::size_t>(n) / 256 > file_bytes) damaged("list tgf/upper has an impossible length");
+  const std::size_t most = static_cast<std::size_t>(box.cells()) * kTriangles * kMaxUpperPerNode;
+  if (n < 1 || static_cast<std::size_t>(n) > most) damaged("list tgf/upper has an impossible length");
   return static_cast<std::size_t>(n);
 }
 
@@ -115,6 +115,27 @@ Hdf5Dataset open_layer(hid_t file, const LayerInfo& layer, const Extent& extent)
   return data;
 }
 
+// 0 for a chunk that was not written.
+std::size_t stored_bytes(const Hdf5Dataset& data, const std::array<hsize_t, 3>& offset) {
+  hsize_t size = 0;
+  return H5Dget_chunk_storage_size(data.get(), offset.data(), &size) < 0 ? 0 : static_cast<std::size_t>(size);
+}
+
+// A long list takes memory, so it must be there: places ascend, hence no chunk is left out as nothing but fill (of
+// place 0, more than a node bears), nor smaller than deflate can make it. damaged() otherwise.
+void check_places_are_stored(hid_t file, const LayerInfo& places, const Extent& extent) {
+  constexpr std::size_t kMostDeflated = 1032;  // bytes from one
+  if (extent.upper <= kMaxUpperPerNode) return;
+  Hdf5Dataset data = open_layer(file, places, extent);
+  const LayerShape chunk = chunk_shape(places, extent.box, extent.upper);
+  each_chunk(layer_shape(places, extent.box, extent.upper), chunk, [&](std::size_t row0, std::size_t col0) {
+    if (stored_bytes(data, offsets(places, row0, col0)) * kMostDeflated <
+        chunk.elements() * element_bytes(places.element))
+      damaged("list tgf/upper is longer than what is stored of it");
+  });
+  data.close();
+}
+
 // The stored layer's raster; damaged() when it is not what encode_layer would have written.
 std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const Extent& extent,
                                        ChunkDecoder& decoder) {
@@ -127,8 +148,7 @@ std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const
   fill_with(raster, fill_value(layer));
   each_chunk(shape, chunk, [&](std::size_t row0, std::size_t col0) {
     const auto offset = offsets(layer, row0, col0);
-    hsize_t size = 0;
-    if (H5Dget_chunk_storage_size(data.get(), offset.data(), &size) < 0) size = 0;
+    const std::size_t size = stored_bytes(data, offset);
     if (size == 0) return;
     if (size > 2 * values.size() + 1024) damaged("a chunk of layer " + name + " is larger than it can be");
     stored.resize(size);
@@ -142,6 +162,17 @@ std::vector<std::uint8_t> decode_layer(hid_t file, const LayerInfo& layer, const
   });
   data.close();
   return raster;
+}
+
+// The values of tgf/upper, sound; damaged() before anything of their number is allocated but themselves.
+std::vector<std::uint8_t> decode_places(hid_t file, const Extent& extent, ChunkDecoder& decoder) {
+  if (extent.upper == 0) return {};
+  const auto table = layer_table();
+  const auto places = std::find_if(table.begin(), table.end(), [](const auto& l) { return l.id == LayerId::kUpper; });
+  check_places_are_stored(file, *places, extent);
+  std::vector<std::uint8_t> values = decode_layer(file, *places, extent, decoder);
+  if (!are_sound_places(values, extent.box)) damaged("list tgf/upper is out of order, or has too many of a place");
+  return values;
 }
 
 }  // namespace
@@ -180,15 +211,17 @@ TerrainTile decode_shard(std::span<const std::uint8_t> bytes, std::int32_t resol
     Hdf5File file = open_image(bytes);
     ChunkDecoder decoder;
     // All shapes before the first allocation: the box is only the manifest's claim.
-    const Extent extent{box, count_upper(file.get(), bytes.size())};
+    const Extent extent{box, count_upper(file.get(), box)};
     for (const LayerInfo& layer : layer_table())
       if (extent.has(layer)) open_layer(file.get(), layer, extent).close();
+    std::vector<std::uint8_t> places = decode_places(file.get(), extent, decoder);
     TerrainTile tile(resolution_mm, box);
     std::vector<ListedUpper> listed(extent.upper);
     std::uint64_t hash = 0;
     for (const LayerInfo& layer : layer_table()) {
       if (!extent.has(layer)) continue;
-      const std::vector<std::uint8_t> raster = decode_layer(file.get(), layer, extent, decoder);
+      const std::vector<std::uint8_t> raster =
+          layer.id == LayerId::kUpper ? std::move(places) : decode_layer(file.get(), layer, extent, decoder);
       hash = xxh3_64(raster, hash);
       if (layer.raster == Raster::kPerUpper)
         scatter_upper(layer, raster, listed);

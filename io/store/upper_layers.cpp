@@ -33,16 +33,33 @@ void with_field(LayerId id, Fn&& fn) {
   }
 }
 
+template <class PlaceAt>
+bool ascend_in(const CellBox& box, std::size_t count, PlaceAt&& at) {
+  const std::int64_t nodes = box.cells() * kTriangles;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (at(i) >= nodes || (i > 0 && at(i) < at(i - 1))) return false;
+    if (i >= kMaxUpperPerNode && at(i) == at(i - kMaxUpperPerNode)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool is_sound_list(std::span<const UpperNode> upper, const CellBox& box) {
-  const std::int64_t nodes = box.cells() * kTriangles;
+  if (!ascend_in(box, upper.size(), [&](std::size_t i) { return upper[i].node; })) return false;
   for (std::size_t i = 0; i < upper.size(); ++i) {
-    const UpperNode& u = upper[i];
-    if (u.node >= nodes || (i > 0 && before(u, upper[i - 1]))) return false;
-    if (u.kind != UpperKind::kReachable && u.kind != UpperKind::kDetached) return false;
+    if (i > 0 && before(upper[i], upper[i - 1])) return false;
+    if (upper[i].kind != UpperKind::kReachable && upper[i].kind != UpperKind::kDetached) return false;
   }
   return true;
+}
+
+bool are_sound_places(std::span<const std::uint8_t> values, const CellBox& box) {
+  return ascend_in(box, values.size() / sizeof(UpperNode::node), [&](std::size_t i) {
+    std::uint32_t place;
+    std::memcpy(&place, values.data() + i * sizeof place, sizeof place);
+    return place;
+  });
 }
 
 std::vector<ListedUpper> list_upper(const TerrainTile& tile) {
@@ -58,7 +75,7 @@ std::vector<ListedUpper> list_upper(const TerrainTile& tile) {
 
 std::vector<UpperNode> unlist_upper(std::vector<ListedUpper>&& listed, const CellBox& box) {
   if (!is_sound_list(listed, box))
-    throw Error(ErrorCode::kVerification, "the list of further surfaces is out of order or out of range");
+    throw Error(ErrorCode::kVerification, "the lists of further surfaces hold what no map has");
   const auto rows = static_cast<std::uint32_t>(box.rows()), cols = static_cast<std::uint32_t>(box.cols());
   for (UpperNode& u : listed) {
     const std::uint32_t col = u.node % cols, line = u.node / cols, row = rows - 1 - line % rows;

@@ -13,8 +13,15 @@ namespace btms {
 // One further surface, `node` counted in the raster.
 using ListedUpper = UpperNode;
 
-// Whether a tile's list is what TerrainTile says: nodes it has, ascending by (node, z_mm), kinds there are.
+// Over one node: storeys of a tower of 380 m, and far beyond what is ever scanned. Bounds what a reader allocates.
+inline constexpr std::size_t kMaxUpperPerNode = 128;
+
+// Whether a tile's list is what TerrainTile says: nodes it has, at most kMaxUpperPerNode times each, ascending by
+// (node, z_mm), kinds there are.
 bool is_sound_list(std::span<const UpperNode> upper, const CellBox& box);
+
+// The same of the places alone: the values of the layer tgf/upper, as stored.
+bool are_sound_places(std::span<const std::uint8_t> values, const CellBox& box);
 
 // From the tile's order to the raster's. Precondition: is_sound_list().
 std::vector<ListedUpper> list_upper(const TerrainTile& tile);

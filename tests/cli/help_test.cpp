@@ -37,6 +37,12 @@ TEST(CliHelp, EveryParameterIsAFlagOfBuildAndSegmentWithItsRange) {
   EXPECT_NE(run({"build", "--help"}).out.find("--resolution"), std::string::npos);
 }
 
+TEST(CliHelp, SynthNamesTheOptionsOfAScene) {
+  const std::string help = run({"synth", "--help"}).out;
+  for (const char* flag : {"  --scene ", "  --density ", "  --seed ", "  --origin "})
+    EXPECT_NE(help.find(flag), std::string::npos) << flag << help;
+}
+
 TEST(CliHelp, VersionNamesTheLibraries) {
   const Outcome version = run({"--version"});
   EXPECT_EQ(version.status, 0);

@@ -128,6 +128,8 @@ TEST_F(CliRoundTrip, InfoNamesPointFilesAndMaps) {
   EXPECT_EQ(map_info["digest"], build_["digest"]);
   EXPECT_EQ(map_info["parameters"], build_["parameters"]);
   EXPECT_EQ(map_info["nodes"]["observed"], build_["nodes"]["observed"]);
+  EXPECT_GT(map_info["upper"]["detached"], 0) << "the city has no roofs";
+  EXPECT_NE(run({"info", map()}).out.find(" detached nodes of further surfaces"), std::string::npos);
   const double edge = map_info["resolution_m"], west = map_info["bounds_m"][0], east = map_info["bounds_m"][2];
   EXPECT_NEAR(west, 500, 50 * edge);  // the data and its rim, not whole tiles
   EXPECT_NEAR(east, 500 + synth_["width_m"].get<double>(), 50 * edge);
@@ -169,6 +171,33 @@ TEST_F(CliRoundTrip, QueryAnswersByOptionAndInBatch) {
   EXPECT_EQ(batch["places"], two["places"]);
   EXPECT_EQ(run({"query", map()}, "1 2\nfoo\n").status, 2);
   EXPECT_NE(run({"query", map(), "--at", place}).out.find(one["state"].get<std::string>()), std::string::npos);
+}
+
+TEST_F(CliRoundTrip, QueryNamesTheKindOfFurtherSurfaces) {
+  const double width = synth_["width_m"], height = synth_["height_m"];
+  std::string places;
+  for (int i = 0; i < 400; ++i)
+    places += std::to_string(500 + (i % 20 + 0.5) * width / 20) + " " +
+              std::to_string(-300 + (i / 20 + 0.5) * height / 20) + "\n";
+  const auto json = run_json({"query", map()}, places);
+  std::istringstream text(run({"query", map()}, places).out);
+  std::string line;
+  std::getline(text, line);  // what the columns are
+  std::size_t listed = 0;
+  for (const auto& place : json["places"]) {
+    std::getline(text, line);
+    std::istringstream uppers(line.substr(line.rfind(' ') + 1));
+    for (const auto& upper : place["upper"]) {
+      std::string one;
+      std::getline(uppers, one, ',');
+      const auto colon = one.find(':');
+      ASSERT_NE(colon, std::string::npos) << line;
+      EXPECT_NEAR(std::stod(one), upper["z"].get<double>(), 0.001);
+      EXPECT_EQ(one.substr(colon + 1), upper["kind"].get<std::string>());
+      ++listed;
+    }
+  }
+  EXPECT_GT(listed, 0u);
 }
 
 TEST_F(CliRoundTrip, EqualOutputNamesAndOverwrittenInputsAreRefused) {

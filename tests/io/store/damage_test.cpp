@@ -98,6 +98,8 @@ TEST_F(DamagedMap, ForgedManifestsAreBadInput) {
       {"\"origin\":[0,0]", "\"origin\":[0]"},
       {"\"origin\":[0,0]", "\"origin\":[64,0]"},
       {"\"inputs\":[", "\"inputs\":[[],"},
+      {"\"inputs\":[", "\"trajectory\":[],\"inputs\":["},
+      {"\"inputs\":[", "\"trajectory\":{\"name\":\"a\",\"poses\":-1,\"bytes\":1},\"inputs\":["},
       {"\"file\":\"x0_y0", "\"file\":\"../x0_y0"},
       {"\"file\":\"x0_y0", "\"file\":\"/etc/x0_y0"},
       {"\"file\":\"x0_y0", "\"file\":\".x0_y0"},

@@ -45,6 +45,19 @@ TEST(GisLayers, ClassAndDeviationOfASquare) {
   EXPECT_EQ(square_class(tile, 0), 3);
 }
 
+TEST(Layers, SourceLevelsNoMapHasAreRefused) {
+  TerrainTile tile(2000, {0, 0, 1, 1});
+  for (const LayerInfo& layer : layer_table()) {
+    if (layer.id != LayerId::kSourceLevel) continue;
+    scatter(layer, std::vector<std::uint8_t>{0, 1, 2, 5}, tile);
+    EXPECT_EQ(tile.nodes[3].source_level, 5);
+    EXPECT_EQ(thrown_code([&] {
+                scatter(layer, std::vector<std::uint8_t>{0, 1, 2, 6}, tile);
+              }),
+              ErrorCode::kVerification);
+  }
+}
+
 TEST(GisLayers, TheWorstTriangleSpeaksForItsSquare) {
   TerrainTile tile(2000, {0, 0, 2, 1});
   for (const auto value : {square_roughness_m, square_step_m, square_clearance_m, square_cost, square_upper_m})

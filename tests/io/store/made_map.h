@@ -41,9 +41,9 @@ inline TerrainTile noisy_tile(const MapLayout& layout, const CellBox& box) {
         const std::uint64_t m = noise(col, row, 7 + t), k = noise(col, row, 11 + t);
         const auto u8 = [](std::uint64_t v) { return static_cast<std::uint8_t>(v); };
         const auto u16 = [](std::uint64_t v) { return static_cast<std::uint16_t>(v); };
-        tile.nodes[cell * kTriangles + t] = {NodeState{u8(n % 5)}, u8(n >> 2),  u16(n >> 10), u16(n >> 26),
-                                             u16(n >> 42),         u16(m),      u16(m >> 16), u16(m >> 32),
-                                             u16(m >> 48),         u8(k >> 16), u8(k >> 24)};
+        tile.nodes[cell * kTriangles + t] = {NodeState{u8(n % 5)}, u8(n >> 2),  u16(n >> 10),     u16(n >> 26),
+                                             u16(n >> 42),         u16(m),      u16(m >> 16),     u16(m >> 32),
+                                             u16(m >> 48),         u8(k >> 16), u8((k >> 24) % 6)};
         // None, one or a few further surfaces, two of them at one height now and then.
         for (std::uint64_t i = 0; i < k % 37 % 4; ++i)
           tile.upper.push_back({static_cast<std::uint32_t>(cell * kTriangles + t),

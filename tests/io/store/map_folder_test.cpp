@@ -5,6 +5,7 @@
 
 #include <csignal>
 
+#include "io/store/hash.h"
 #include "tests/io/store/made_map.h"
 
 namespace btms {
@@ -108,6 +109,28 @@ TEST_F(MapFolder, KnowsItsOwnNamesExactly) {
                            "x+1_y2.r3.nc", "x-0_y2.r3.nc", "X1_y2.r3.nc", "x1_y2.r-3.nc", "ax1_y2.r3.nc", "",
                            "x99999999999_y2.r3.nc", "x1_y2.r3.nc.aux.xml"})
     EXPECT_FALSE(shard_revision(name)) << name;
+}
+
+TEST_F(MapFolder, AMapOfAnOlderProgramIsNotReplaced) {
+  write_some_map();
+  std::string text = file_text(folder_ / "manifest.json");
+  const std::string schema = "\"schema_version\":";
+  text.replace(text.find(schema) + schema.size(), 1, "1");
+  const auto refusal = [&] {
+    write_text(folder_ / "manifest.json", text);
+    try {
+      writer();
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ErrorCode::kUsage);
+      EXPECT_EQ(file_text(folder_ / "manifest.json"), text);
+      return std::string(e.what());
+    }
+    return std::string("nothing");
+  };
+  EXPECT_NE(refusal().find("not a sound map"), std::string::npos) << refusal();  // its hash is wrong
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(text.data());
+  text.replace(9, 16, hex64(xxh3_64({bytes + 25, text.size() - 25})));
+  EXPECT_NE(refusal().find("made by an older program; remove it first"), std::string::npos) << refusal();
 }
 
 TEST_F(MapFolder, UsersFilesStay) {

@@ -59,17 +59,18 @@ TEST(UpperLayers, LongListsReadBack) {
   EXPECT_EQ(decode_shard(shard.file, 2000, tile.box, shard.values_xxh3).upper, tile.upper);
 }
 
-// A list of 2^36 entries that nobody has written takes a few bytes of a file.
-TEST(UpperLayers, AListLongerThanItsFileCanHoldIsRefusedBeforeAllocating) {
-  const TemporaryFolder temporary;
-  const EncodedShard shard = encode_shard(noisy_tile(kLayout, {0, 0, 10, 10}), {});
-  write_text(temporary / "a.nc", {shard.file.begin(), shard.file.end()});
-  for (const char* list : {"upper", "upper_height"}) {
+// A list that nobody has written takes a few bytes of a file, however long.
+class ForgedList : public testing::Test {
+ protected:
+  // What is wrong with the shard when `list` is replaced by one of this length; empty when nothing is.
+  std::string refusal(const char* list, hsize_t extent) {
+    const std::string path = temporary_ / "a.nc";
+    write_text(path, {shard_.file.begin(), shard_.file.end()});
     const QuietHdf5 quiet;
-    Hdf5File file(H5Fopen((temporary / "a.nc").c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "open");
+    Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "open");
     Hdf5Group tgf(H5Gopen2(file.get(), "tgf", H5P_DEFAULT), "open");
     hdf5_check(H5Ldelete(tgf.get(), list, H5P_DEFAULT), "delete");
-    const hsize_t extent = hsize_t{1} << 36, chunk = 65536;
+    const hsize_t chunk = std::min<hsize_t>(extent, 65536);
     const Hdf5Space space(H5Screate_simple(1, &extent, nullptr), "create");
     const Hdf5Properties p(H5Pcreate(H5P_DATASET_CREATE), "create");
     hdf5_check(H5Pset_chunk(p.get(), 1, &chunk), "chunk");
@@ -78,16 +79,60 @@ TEST(UpperLayers, AListLongerThanItsFileCanHoldIsRefusedBeforeAllocating) {
     data.close();
     tgf.close();
     file.close();
-    const std::string text = file_text(temporary / "a.nc");
-    const std::vector<std::uint8_t> bytes(text.begin(), text.end());
+    const std::string text = file_text(path);
     try {
-      decode_shard(bytes, 2000, {0, 0, 10, 10}, shard.values_xxh3);
-      ADD_FAILURE() << list;
+      decode_shard({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, 2000, box_, shard_.values_xxh3);
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ErrorCode::kVerification);
-      EXPECT_NE(std::string(e.what()).find("impossible length"), std::string::npos) << e.what();
+      return e.what();
     }
+    return {};
   }
+
+  const CellBox box_{0, 0, 10, 10};
+  const std::size_t most_ = 400 * kMaxUpperPerNode;
+  const EncodedShard shard_ = encode_shard(noisy_tile(kLayout, box_), {});
+  const TemporaryFolder temporary_;
+};
+
+TEST_F(ForgedList, LongerThanTheBoxCanBear) {
+  for (const hsize_t n : {hsize_t{most_ + 1}, hsize_t{1} << 36})
+    EXPECT_NE(refusal("upper", n).find("impossible length"), std::string::npos) << n;
+}
+
+TEST_F(ForgedList, JustAsLongAsTheBoxCanBearButNotStored) {
+  for (const hsize_t n : {hsize_t{kMaxUpperPerNode + 1}, hsize_t{most_}})
+    EXPECT_NE(refusal("upper", n).find("longer than what is stored"), std::string::npos) << n;
+}
+
+TEST_F(ForgedList, OfAnotherLengthThanThePlaces) {
+  for (const hsize_t n : {hsize_t{1}, hsize_t{most_}, hsize_t{1} << 36})
+    EXPECT_NE(refusal("upper_height", n).find("another shape"), std::string::npos) << n;
+}
+
+// As many as a node bears, at every node of a small tile, and nothing but place 0, which is not stored.
+TEST(UpperLayers, FullListsReadBack) {
+  for (const std::uint32_t nodes : {400u, 1u}) {
+    TerrainTile tile(2000, {0, 0, 10, 10});
+    for (std::uint32_t i = 0; i < nodes * kMaxUpperPerNode; ++i)
+      tile.upper.push_back({static_cast<std::uint32_t>(i / kMaxUpperPerNode),
+                            static_cast<std::int32_t>(i % kMaxUpperPerNode * 3000), 0, 0, 0, 3, UpperKind::kDetached});
+    EXPECT_TRUE(is_sound_list(tile.upper, tile.box));
+    const EncodedShard shard = encode_shard(tile, {});
+    EXPECT_EQ(decode_shard(shard.file, 2000, tile.box, shard.values_xxh3).upper, tile.upper);
+  }
+}
+
+TEST(UpperLayers, MoreThanANodeBearsAreRefused) {
+  const TemporaryFolder temporary;
+  TerrainTile tile(2000, {0, 0, 10, 10});
+  for (std::uint32_t i = 0; i <= kMaxUpperPerNode; ++i)
+    tile.upper.push_back({7, static_cast<std::int32_t>(i * 3000), 0, 0, 0, 3, UpperKind::kDetached});
+  const EncodedShard shard = encode_shard(tile, {});
+  EXPECT_EQ(thrown_code([&] { decode_shard(shard.file, 2000, tile.box, shard.values_xxh3); }),
+            ErrorCode::kVerification);
+  const auto writer = MapWriter::create(temporary / "a.btms", kLayout);
+  EXPECT_EQ(thrown_code([&] { writer->put({0, 0}, std::move(tile)); }), ErrorCode::kFailed);
 }
 
 TEST(UpperLayers, AShardWithoutAnyHasNoLists) {
