@@ -115,7 +115,7 @@ TEST_F(MapFolder, AMapOfAnOlderProgramIsNotReplaced) {
   write_some_map();
   std::string text = file_text(folder_ / "manifest.json");
   const std::string schema = "\"schema_version\":";
-  text.replace(text.find(schema) + schema.size(), 1, "1");
+  text[text.find(schema) + schema.size()] = '1';
   const auto refusal = [&] {
     write_text(folder_ / "manifest.json", text);
     try {

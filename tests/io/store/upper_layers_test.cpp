@@ -62,21 +62,26 @@ TEST(UpperLayers, LongListsReadBack) {
 // A list that nobody has written takes a few bytes of a file, however long.
 class ForgedList : public testing::Test {
  protected:
-  // What is wrong with the shard when `list` is replaced by one of this length; empty when nothing is.
-  std::string refusal(const char* list, hsize_t extent) {
+  // What is wrong with the shard when lists are replaced by unwritten ones of this length; empty when nothing is.
+  std::string refusal(const std::vector<std::string>& lists, hsize_t extent) {
     const std::string path = temporary_ / "a.nc";
     write_text(path, {shard_.file.begin(), shard_.file.end()});
     const QuietHdf5 quiet;
     Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), "open");
     Hdf5Group tgf(H5Gopen2(file.get(), "tgf", H5P_DEFAULT), "open");
-    hdf5_check(H5Ldelete(tgf.get(), list, H5P_DEFAULT), "delete");
-    const hsize_t chunk = std::min<hsize_t>(extent, 65536);
-    const Hdf5Space space(H5Screate_simple(1, &extent, nullptr), "create");
-    const Hdf5Properties p(H5Pcreate(H5P_DATASET_CREATE), "create");
-    hdf5_check(H5Pset_chunk(p.get(), 1, &chunk), "chunk");
-    Hdf5Dataset data(H5Dcreate2(tgf.get(), list, H5T_STD_I32LE, space.get(), H5P_DEFAULT, p.get(), H5P_DEFAULT),
-                     "create");
-    data.close();
+    for (const std::string& list : lists) {
+      Hdf5Dataset old(H5Dopen2(tgf.get(), list.c_str(), H5P_DEFAULT), "open");
+      const Hdf5Type type(H5Dget_type(old.get()), "type");
+      old.close();
+      hdf5_check(H5Ldelete(tgf.get(), list.c_str(), H5P_DEFAULT), "delete");
+      const hsize_t chunk = std::min<hsize_t>(extent, 65536);
+      const Hdf5Space space(H5Screate_simple(1, &extent, nullptr), "create");
+      const Hdf5Properties p(H5Pcreate(H5P_DATASET_CREATE), "create");
+      hdf5_check(H5Pset_chunk(p.get(), 1, &chunk), "chunk");
+      Hdf5Dataset data(H5Dcreate2(tgf.get(), list.c_str(), type.get(), space.get(), H5P_DEFAULT, p.get(), H5P_DEFAULT),
+                       "create");
+      data.close();
+    }
     tgf.close();
     file.close();
     const std::string text = file_text(path);
@@ -89,6 +94,13 @@ class ForgedList : public testing::Test {
     return {};
   }
 
+  static std::vector<std::string> all() {
+    std::vector<std::string> names;
+    for (const LayerInfo& layer : layer_table())
+      if (layer.raster == Raster::kPerUpper) names.emplace_back(layer.name);
+    return names;
+  }
+
   const CellBox box_{0, 0, 10, 10};
   const std::size_t most_ = 400 * kMaxUpperPerNode;
   const EncodedShard shard_ = encode_shard(noisy_tile(kLayout, box_), {});
@@ -97,17 +109,17 @@ class ForgedList : public testing::Test {
 
 TEST_F(ForgedList, LongerThanTheBoxCanBear) {
   for (const hsize_t n : {hsize_t{most_ + 1}, hsize_t{1} << 36})
-    EXPECT_NE(refusal("upper", n).find("impossible length"), std::string::npos) << n;
+    EXPECT_NE(refusal(all(), n).find("impossible length"), std::string::npos) << n;
 }
 
 TEST_F(ForgedList, JustAsLongAsTheBoxCanBearButNotStored) {
   for (const hsize_t n : {hsize_t{kMaxUpperPerNode + 1}, hsize_t{most_}})
-    EXPECT_NE(refusal("upper", n).find("longer than what is stored"), std::string::npos) << n;
+    EXPECT_NE(refusal(all(), n).find("longer than what is stored"), std::string::npos) << n;
 }
 
 TEST_F(ForgedList, OfAnotherLengthThanThePlaces) {
   for (const hsize_t n : {hsize_t{1}, hsize_t{most_}, hsize_t{1} << 36})
-    EXPECT_NE(refusal("upper_height", n).find("another shape"), std::string::npos) << n;
+    EXPECT_NE(refusal({"upper_height"}, n).find("another shape"), std::string::npos) << n;
 }
 
 // As many as a node bears, at every node of a small tile, and nothing but place 0, which is not stored.
