@@ -84,7 +84,7 @@ class Runner {
   std::unique_ptr<Threads> threads_;
   std::unique_ptr<Ranks> ranks_ = single_rank();
   Progress progress_;
-  PassContext context_{stages_.options.parameters, stages_.table, *threads_, *ranks_, progress_};
+  PassContext context_{stages_.options.parameters, stages_.table, *threads_, *ranks_, progress_, stages_.options.trajectory};
 };
 
 const Stages& stages() {

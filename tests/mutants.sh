@@ -25,6 +25,10 @@ level-complete-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, 
 level-corner-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, completed, kFitHalo, /exchange_halo(table, completed, kFitHalo - 1, /
 layer-step-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, corners, kStepHalo, /exchange_halo(context.table, corners, kStepHalo - 1, /
 layer-cost-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, costs, cost_halo, /exchange_halo(context.table, costs, cost_halo - 1, /
+sheet-halo|engine/tiling/above_pass.cpp|0,/exchange_halo(table, sheets, kLinkHalo, /s//exchange_halo(table, sheets, kLinkHalo - 1, /
+sheet-components-not-merged|engine/tiling/above_pass.cpp|s/gather_all(context.ranks, links))/{})/
+sheet-joints-of-one-tile|engine/tiling/above_pass.cpp|s/^    to.joints += s.joints;/    to.joints = s.joints;/
+span-halo|engine/tiling/span_pass.cpp|s/exchange_halo(context.table, heights, span.halo(), /exchange_halo(context.table, heights, span.halo() \/ 3, /
 visiting-order|engine/tiling/link_pass.cpp|s/nodes_[[]merged_.root(c.id)[]] += c.nodes/nodes_[merged_.root(c.id)] = c.nodes/
 TABLE
 }

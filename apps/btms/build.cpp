@@ -14,6 +14,7 @@
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
 #include "io/export/relief.h"
+#include "io/points/trajectory.h"
 #include "io/store/map_store.h"
 
 namespace btms {
@@ -25,7 +26,7 @@ struct BuildCommand {
   CommonOptions common;
   ParameterOptions parameters;
   std::vector<std::string> inputs;
-  std::string output, crs, picture, layer = "state";
+  std::string output, crs, trajectory, picture, layer = "state";
   std::string tile_cells = "auto", executor = "tbb", neighbours = "nanoflann";
   std::uint64_t max_nodes = BuildOptions{}.max_nodes;
 };
@@ -96,16 +97,18 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
 int run_build(const BuildCommand& command) {
   const ParameterChoice choice = command.parameters.resolve();
   const Executor executor = parse_executor(command.executor);
-  const BuildOptions options{.parameters = choice.parameters,
-                             .tile_cells = parse_tile_cells(command.tile_cells),
-                             .neighbours_by_lattice = command.neighbours == "lattice",
-                             .max_nodes = command.max_nodes};
+  BuildOptions options;
+  options.parameters = choice.parameters;
+  options.tile_cells = parse_tile_cells(command.tile_cells);
+  options.neighbours_by_lattice = command.neighbours == "lattice";
+  options.max_nodes = command.max_nodes;
   if (fs::exists(command.output) && !fs::is_directory(command.output))
     throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);
   const InputList list = expand_inputs(command.inputs);
   const auto& paths = list.paths;
   if (!command.picture.empty()) check_picture(command.picture, command.output, paths);
   const PictureLayer& layer = picture_layer(command.layer);
+  if (!command.trajectory.empty()) options.trajectory = read_trajectory(command.trajectory);
   MapInfo info;
   info.parameters = choice.parameters;
   info.preset = choice.preset;
@@ -177,6 +180,11 @@ Command add_build(CLI::App& btms) {
   app->add_option("--crs", command->crs,
                   "Reference system of the coordinates, EPSG:n or WKT (default: what the inputs say)")
       ->type_name("CRS")
+      ->default_str("");
+  app->add_option("--trajectory", command->trajectory,
+                  "Where the sensor has been, as text in the frame of the points (x y z, TUM or KITTI): what it passed "
+                  "over is terrain")
+      ->type_name("FILE")
       ->default_str("");
   app->add_option("--picture", command->picture, "Also write a shaded relief of the map")
       ->type_name("FILE.png")

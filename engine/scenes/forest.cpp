@@ -32,7 +32,7 @@ class Forest final : public World {
   double ground_m(double x, double y) const override {
     const double side = valley_side(0.8 * x + 0.6 * y + 45 * bend_.at(x, y), kValley_m, kRounded);
     // Half a wavelength lies between two values of the noise.
-    const double floor = 0.25 * wide_.at(x, y) + 0.14 * middle_.at(x, y) + 0.06 * narrow_.at(x, y);
+    const double floor = 0.2 * wide_.at(x, y) + 0.09 * middle_.at(x, y) + 0.04 * narrow_.at(x, y);
     return 400 + kSlope * side + 4.5 * spur_.at(x, y) + 0.6 * knoll_.at(x, y) + floor - pit_m(x, y);
   }
 
@@ -43,7 +43,7 @@ class Forest final : public World {
       if (random.chance(0.45 + 0.5 * growth_.at(x, y))) understory(x, y, random, placer);
     });
     scatter(seed_ + 12, 1.5, box, 2, [&](double x, double y, Random& random) {
-      if (random.chance(0.3 + 0.8 * growth_.at(y, x))) shrub(x, y, random, placer);
+      if (random.chance(0.1 + 0.5 * growth_.at(y, x))) shrub(x, y, random, placer);
     });
     scatter(seed_ + 13, 13, box, 8, [&](double x, double y, Random& random) {
       if (random.chance(0.5)) log(turned(x, y, random), random, placer);
@@ -57,12 +57,12 @@ class Forest final : public World {
   Survey survey() const override { return {.density_per_m2 = 25, .deviation_m = 0.045}; }
 
  private:
-  // The hole that the roots of a fallen tree left, in one cell of three.
+  // The hole that the roots of a fallen tree left, in one cell of seven.
   double pit_m(double x, double y) const {
     const auto i = static_cast<std::int64_t>(std::floor(x / kPitCell_m));
     const auto j = static_cast<std::int64_t>(std::floor(y / kPitCell_m));
     Random random(hash_at(seed_ + 9, i, j));
-    if (!random.chance(0.33)) return 0;
+    if (!random.chance(0.15)) return 0;
     const double radius = random.uniform(1.2, 2.8), depth = radius * random.uniform(0.35, 0.55);
     const double cx = (static_cast<double>(i) + random.uniform(0.25, 0.75)) * kPitCell_m;
     const double cy = (static_cast<double>(j) + random.uniform(0.25, 0.75)) * kPitCell_m;

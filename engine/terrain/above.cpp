@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace btms {
 namespace {
@@ -73,21 +72,26 @@ void find_sheets(const NodePoints& points, std::span<const std::int32_t> heights
       static_cast<std::int32_t>(round_half_up((q.link_m + q.link_per_r * rules.r_m()) * 1000));
   s.order.clear();
   for (std::size_t i = 0; i < heights_mm.size(); ++i)
-    if (heights_mm[i] > terrain_mm || heights_mm[i] < -room_mm) s.order.push_back(static_cast<std::int32_t>(i));
+    if (heights_mm[i] > terrain_mm || heights_mm[i] < -room_mm)
+      s.order.push_back(std::int64_t{heights_mm[i]} * (std::int64_t{1} << 32) + static_cast<std::int64_t>(i));
   if (s.order.size() < kSheetPoints) return;
-  const auto height = [&](std::size_t k) { return heights_mm[static_cast<std::size_t>(s.order[k])]; };
-  std::sort(s.order.begin(), s.order.end(), [&](std::int32_t a, std::int32_t b) {
-    return heights_mm[static_cast<std::size_t>(a)] < heights_mm[static_cast<std::size_t>(b)];
-  });
+  std::sort(s.order.begin(), s.order.end());
+  const auto height = [&](std::size_t k) { return static_cast<std::int32_t>(s.order[k] >> 32); };
   for (std::size_t from = 0, to; from < s.order.size(); from = to) {
     for (to = from + 1; to < s.order.size() && height(to) - height(to - 1) <= split_mm; ++to) {
     }
     if (to - from < kSheetPoints) continue;
+    // Most groups of a tree have as many points of others within that room, or are too tall for one plane: no fit.
+    const std::int32_t middle = height(from + (to - from) / 2);
+    std::size_t others = 0;
+    for (std::size_t k = from; k > 0 && height(k - 1) >= middle - room_mm; --k) ++others;
+    for (std::size_t k = to; k < s.order.size() && height(k) <= middle + room_mm; ++k) ++others;
+    if (others >= to - from || height(to - 1) - height(from) > 2 * room_mm) continue;
     s.x_mm.clear();
     s.y_mm.clear();
     s.z_mm.clear();
     for (std::size_t k = from; k < to; ++k) {
-      const auto i = static_cast<std::size_t>(s.order[k]);
+      const std::size_t i = static_cast<std::uint32_t>(s.order[k]);
       s.x_mm.push_back(points.x_mm[i]);
       s.y_mm.push_back(points.y_mm[i]);
       s.z_mm.push_back(points.z_mm[i]);

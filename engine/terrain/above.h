@@ -35,7 +35,8 @@ struct NodeSheet {
 };
 
 struct SheetScratch {
-  std::vector<std::int32_t> order, z_mm;
+  std::vector<std::int64_t> order;  // height and index in one word
+  std::vector<std::int32_t> z_mm;
   std::vector<std::int16_t> x_mm, y_mm;
   GatedPoints gated;
 };

@@ -108,7 +108,9 @@ LaneStart start_on_prior(std::size_t lane, const NodePoints& points, const FitPr
       round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + prior.slope)) * 1000 * FixedLevelPlane::kUnit));
   const std::int64_t lowest = gated.assign(lane, points, datum_mm, plane);
   if (gated.size(lane) > 0) plane.c += lowest;
-  const double scale_m = q.fit_scale_m + q.fit_scale_slope * r_m * prior.slope;
+  // On the finest level planes are small enough for the ground to be flat within one: what stands out is no ground.
+  const double scale_m = rules.last() ? q.fit_scale_fine_m + q.fit_scale_fine_slope * r_m * prior.slope
+                                      : q.fit_scale_m + q.fit_scale_slope * r_m * prior.slope;
   return {
       datum_mm,
       {plane, prior.plane.slope_x, prior.plane.slope_y, scale_m * 1000, std::min(scale_m, q.fit_scale_last_m) * 1000}};

@@ -35,6 +35,7 @@ class LevelRules {
   std::int32_t r_mm() const { return r_mm_; }
   double r_m() const { return r_mm_ / 1000.0; }
   bool first() const { return first_; }
+  bool last() const { return last_; }
   // Nodes without points are completed too; elsewhere they keep their prior, which the next level refines anyway.
   bool completes_empty() const { return first_ || last_; }
   std::int32_t completion_halo() const;  // rings a completed node may use

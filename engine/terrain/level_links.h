@@ -44,6 +44,7 @@ struct ComponentSums {
   std::int64_t above_mm = 0;      // sum of d
   std::int64_t tolerance_mm = 0;  // sum of t
   bool above = false;             // class of all its nodes
+  std::uint64_t passages = 0;     // times the sensor passed over it
 };
 
 // Edges along its rim towards components that still stand.
@@ -53,6 +54,7 @@ struct RimCounts {
 
 // True when the component is not terrain.
 inline bool rejected(const ComponentSums& c, const RimCounts& rim, const LevelRules& rules) {
+  if (c.passages > 0) return false;
   const LevelParameters& q = rules.p();
   const auto n = static_cast<double>(rim.rim), up = static_cast<double>(rim.up), agree = static_cast<double>(rim.agree);
   const bool small = c.nodes < static_cast<std::uint64_t>(q.small_nodes);

@@ -6,13 +6,14 @@ namespace btms {
 
 struct LevelParameters {
   // Gate and fit
-  double gate_m = 1.0, gate_per_r = 0.3;             // dn0, dn1: points further below the prior are noise
-  double fit_scale_m = 0.1, fit_scale_slope = 0.05;  // f0, f2: scale s of the reweighting
-  double fit_scale_last_m = 0.15;                    // f_fin: cap of s in the last fit
-  double ridge = 0.05;                               // lambda: pull of the prior's slope
-  double slope_limit = 1.0;                          // g_max: slopes of prior and fit are clamped to it
-  double min_weight = 0.9;                           // sigma: sum of weights a plane needs
-  double inherit = 0.7;                              // u_inh: share of the prior's uncertainty a fit keeps
+  double gate_m = 1.0, gate_per_r = 0.3;                        // dn0, dn1: points further below the prior are noise
+  double fit_scale_m = 0.1, fit_scale_slope = 0.05;             // f0, f2: scale s of the reweighting
+  double fit_scale_fine_m = 0.06, fit_scale_fine_slope = 0.02;  // the same on the finest level
+  double fit_scale_last_m = 0.15;                               // f_fin: cap of s in the last fit
+  double ridge = 0.05;                                          // lambda: pull of the prior's slope
+  double slope_limit = 1.0;                                     // g_max: slopes of prior and fit are clamped to it
+  double min_weight = 0.9;                                      // sigma: sum of weights a plane needs
+  double inherit = 0.7;                                         // u_inh: share of the prior's uncertainty a fit keeps
   // First level
   double first_scale_m = 0.4, first_scale_per_r = 0.03;
   double first_ridge = 0.02;
@@ -40,11 +41,11 @@ struct LevelParameters {
   double least_weight = 0.001;
   double corner_floor_per_r = 0.05;  // distance floor of corner weights
   // Label
-  double label_spread = 2.2, label_disagreement = 0.8, label_slope = 4, label_uncertainty = 0.7;
+  double label_spread = 2.5, label_disagreement = 0.8, label_slope = 4, label_uncertainty = 0.7;
   double label_slope_cap = 2;
   double level_below_m = 3;
   // Standard deviations
-  double sd_observed = 1.8, sd_smooth_m = 0.035, sd_least = 0.2;
+  double sd_observed = 1.75, sd_smooth_m = 0.035, sd_least = 0.2;
   double sd_inferred = 3.8;
   double filled_m = 16;  // heights from levels this coarse are a guess
   // Bridges

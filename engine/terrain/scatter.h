@@ -35,7 +35,7 @@ struct GroundScatter : Scatter {
   double rms_mm() const { return std::sqrt(mean_square_mm2()); }
   // For thresholds: never below what a good survey has, and few points hardly move it from there.
   double cautious_rms_mm() const {
-    constexpr double kUsual_mm = 40, kUsualPoints = 8;
+    constexpr double kUsual_mm = 45, kUsualPoints = 8;
     const double mean = (static_cast<double>(squares_mm2) + kUsualPoints * kUsual_mm * kUsual_mm) /
                         (static_cast<double>(count) + kUsualPoints);
     return std::max(kUsual_mm, std::sqrt(mean));

@@ -135,7 +135,11 @@ class SpanFinder {
     const std::int64_t reach = rules_.reach_mm() / step_mm_;
     for (std::int32_t k = 1; k <= reach; ++k) {
       const SquareHeights* edge = at(moved(foot, d, k));
-      if (edge && sheer(here->low_mm, edge->high_mm, k)) follow(foot, here->low_mm, d, k);
+      if (!edge || !sheer(here->low_mm, edge->high_mm, k)) continue;
+      bool begun = false;  // the strip, nearer to the foot
+      for (std::int32_t n = 1; n < k; ++n)
+        if (const SquareHeights* h = at(moved(foot, d, n))) begun |= flat(h->high_mm, edge->high_mm, k - n);
+      if (!begun) follow(foot, here->low_mm, d, k);
     }
   }
 
@@ -145,11 +149,12 @@ class SpanFinder {
     const std::int32_t first_mm = at(moved(foot, d, first))->high_mm;
     std::int32_t last = first, last_mm = first_mm, strip = 1;
     bool fallen = false;
-    for (std::int32_t k = first + 1; k - last <= reach && last - first < width; ++k) {
+    for (std::int32_t k = first + 1; k - last <= reach; ++k) {
       const SquareHeights* next = at(moved(foot, d, k));
       if (!next) continue;
       if (next->high_mm > last_mm || flat(next->high_mm, last_mm, k - last)) {
         if (fallen || !flat(next->high_mm, last_mm, k - last)) return;  // another wall
+        if (k - first >= width) return;
         last = k;
         last_mm = next->high_mm;
         ++strip;
@@ -160,8 +165,19 @@ class SpanFinder {
           !continues(foot, foot_mm, d, k, next->low_mm))
         continue;
       vote(foot, foot_mm, d, k, next->low_mm,
-           sheer(foot_mm, first_mm, first, 1) && sheer(next->low_mm, last_mm, k - last, 1));
+           sheer(foot_mm, first_mm, first, 1) && sheer(next->low_mm, last_mm, k - last, 1) &&
+               !slopes(foot, d, 0, first, foot_mm, first_mm) && !slopes(foot, d, last, k, next->low_mm, last_mm));
     }
+  }
+
+  // Ground between a deck and its foot: the side of an embankment or a ridge.
+  bool slopes(Cell foot, const Direction& d, std::int32_t from, std::int32_t to, std::int32_t low_mm,
+              std::int32_t high_mm) const {
+    const std::int32_t margin_mm = (high_mm - low_mm) / 4;
+    for (std::int32_t k = from + 1; k < to; ++k)
+      if (const SquareHeights* h = at(moved(foot, d, k)))
+        if (h->low_mm > low_mm + margin_mm && h->high_mm < high_mm - margin_mm) return true;
+    return false;
   }
 
   // The ground at one foot continues that at the other, as a road does that passes below. Between a street and the pit

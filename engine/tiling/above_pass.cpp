@@ -17,7 +17,9 @@
 namespace btms {
 namespace {
 
-constexpr std::uint64_t kJoints = 3;  // edges to the terrain of a surface that can be reached
+// Edges to the terrain of a surface that can be reached: about those of an end 3 m wide on nodes of 2 m. A roof that
+// meets a bank at a corner has fewer, the decks of the scenes and of real maps have 27 and more.
+constexpr std::uint64_t kJoints = 12;
 
 struct SheetId {
   NodeKey node;
@@ -173,7 +175,7 @@ std::vector<SheetSums> sums_of(const SparseField<Sheet>& field, const TerrainTil
 void above_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid,
                 std::vector<TerrainTile>& tiles) {
   const TileTable& table = context.table;
-  const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false, true);
+  const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false, false);
   std::vector<std::vector<Sheet>> found = look_above(context, bins, grid, rules, tiles);
 
   SparseFields<Sheet> sheets(tiles.size());

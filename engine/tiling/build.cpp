@@ -92,9 +92,10 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   TileSink& tiles = sink(summary.layout);
 
   if (coarse_to_fine) {
-    Levels built = build_levels(p, table, bins, grid, options.neighbours_by_lattice, threads, ranks, progress,
-                                [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
-    const PassContext context{p, built.table, threads, ranks, progress};
+    Levels built =
+        build_levels(p, table, bins, grid, options.trajectory, options.neighbours_by_lattice, threads, ranks, progress,
+                     [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
+    const PassContext context{p, built.table, threads, ranks, progress, options.trajectory};
     above_pass(context, bins, grid, built.tiles);
     bins = PointBins();
     watch.lap("above", summary.phases);
@@ -107,7 +108,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
     return summary;
   }
 
-  const PassContext context{p, table, threads, ranks, progress};
+  const PassContext context{p, table, threads, ranks, progress, options.trajectory};
   NodeFields nodes(table.tiles().size());
   threads.for_each(nodes.size(), [&](std::size_t i, int) {
     if (context.owns(i)) nodes[i] = TileField<Node>(table.tiles()[i].box, std::max({kLinkHalo, reach, kFitHalo}));

@@ -18,6 +18,7 @@
 #include "engine/tiling/executor.h"
 #include "engine/tiling/point_source.h"
 #include "engine/tiling/progress.h"
+#include "engine/tiling/trajectory.h"
 
 namespace btms {
 
@@ -27,6 +28,7 @@ struct BuildOptions {
   // Default: 128 cells of the finest level.
   std::optional<std::int32_t> tile_cells;
   bool layers = true;                  // fill the layers that only maps need: step and cost
+  std::vector<TrajectoryPoint> trajectory;  // of the sensor, may be empty: see trajectory.h
   bool neighbours_by_lattice = false;  // scan the lattice instead of querying nanoflann; same bits, for tests
   std::uint64_t max_nodes = std::uint64_t{1}
                             << 28;  // halos included; refuse larger maps before allocating (24 bytes a node)

@@ -217,8 +217,9 @@ LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, 
 }  // namespace
 
 Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
-                    const BinGrid& finest_grid, bool by_lattice, const Threads& threads, Ranks& ranks,
-                    Progress& progress, const std::function<void(int)>& level_done) {
+                    const BinGrid& finest_grid, const std::vector<TrajectoryPoint>& trajectory, bool by_lattice,
+                    const Threads& threads, Ranks& ranks, Progress& progress,
+                    const std::function<void(int)>& level_done) {
   const int levels = level_count(parameters);
   Levels built{coarsest, {}, {}};
   TileTable& table = built.table;
@@ -229,7 +230,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
     const bool first = level == 0, last = level == levels - 1;
     const LevelRules rules(parameters, table.layout().lattice.resolution_mm(), first, last);
     const BinGrid grid(table.layout().lattice, finest_grid.edge_cells >> (levels - 1 - level));
-    const PassContext context{parameters, table, threads, ranks, progress};
+    const PassContext context{parameters, table, threads, ranks, progress, trajectory};
     const std::int32_t halo = std::max(rules.completion_halo(), kDomainRings);
 
     const auto& tiles = table.tiles();

@@ -64,7 +64,8 @@ LevelEdge edge_between(const LevelNode& a, const LevelNode& b, const NodeOffset&
   return compare(a, b, o.col * rules.r_mm(), o.row * rules.r_mm(), rules);
 }
 
-void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, TileField<NodeKey>& ids, TileLinks& out) {
+void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::span<const Passage> passed,
+               TileField<NodeKey>& ids, TileLinks& out) {
   const CellBox& box = nodes.interior();
   const std::span<const LevelNode> value = nodes.values();
   Components components(value.size());
@@ -98,6 +99,13 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, TileF
         c.sums.above_mm += value[i].above_prior_mm;
         c.sums.tolerance_mm += value[i].tolerance_mm;
       }
+  for (const Passage& p : passed) {
+    const auto i = static_cast<std::uint32_t>(nodes.offset(p.node.cell) + p.node.triangle);
+    const LevelNode& n = value[i];
+    const double x = p.dx_mm - n.mean_x_mm, y = p.dy_mm - n.mean_y_mm;
+    if (n.has_plane() && p.borne_by(n.mean_z_mm + (n.slope_x * x + n.slope_y * y) / kSlopeUnit))
+      ++out.components[index[components.find(i)]].sums.passages;
+  }
 }
 
 // The rims of the components of a tile: edges inside, and over the border where ours is the smaller key (ascending
@@ -139,6 +147,7 @@ class Verdicts {
       s.nodes += c.sums.nodes;
       s.above_mm += c.sums.above_mm;
       s.tolerance_mm += c.sums.tolerance_mm;
+      s.passages += c.sums.passages;
       s.above = c.sums.above;
     }
     std::vector<RimCounts> rims(merged_.size());
@@ -187,9 +196,10 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
   const auto& tiles = context.table.tiles();
   TileFields<NodeKey> ids(tiles.size());
   std::vector<TileLinks> tile_links(tiles.size());
+  const PassagesByTile passed(context.trajectory, context.table);
   context.for_each_tile("link", [&](std::size_t i, int) {
     ids[i] = TileField<NodeKey>(nodes[i].interior(), nodes[i].halo());  // the same offsets
-    link_tile(nodes[i], rules, ids[i], tile_links[i]);
+    link_tile(nodes[i], rules, passed.of(i), ids[i], tile_links[i]);
   });
   exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
 

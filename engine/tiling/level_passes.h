@@ -44,7 +44,7 @@ inline constexpr std::int32_t kDomainRings = 1;
 // All levels from the binned points (bins of `grid`: one cell of the coarsest level) to finished tiles. `coarsest` is
 // the table of the coarsest level. Calls level_done(level) after each. Collective.
 Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins, const BinGrid& grid,
-                    bool neighbours_by_lattice, const Threads& threads, Ranks& ranks, Progress& progress,
-                    const std::function<void(int)>& level_done);
+                    const std::vector<TrajectoryPoint>& trajectory, bool neighbours_by_lattice, const Threads& threads,
+                    Ranks& ranks, Progress& progress, const std::function<void(int)>& level_done);
 
 }  // namespace btms

@@ -17,7 +17,7 @@ constexpr NodeKey kNoComponent = ~NodeKey{0};
 using Link = ComponentLink<NodeKey>;
 struct ComponentSize {
   NodeKey id;
-  std::uint64_t nodes;
+  std::uint64_t nodes = 0, passages = 0;
 };
 
 // Edges from the interior into the halo, as offsets into the node field.
@@ -31,8 +31,8 @@ struct TileLinks {
 };
 
 // Links the candidates of one tile; writes component ids of the interior.
-void link_tile(const TileField<Node>& nodes, const ConvexityRules& rules, std::int32_t r_mm, TileField<NodeKey>& ids,
-               TileLinks& out) {
+void link_tile(const TileField<Node>& nodes, const ConvexityRules& rules, std::int32_t r_mm,
+               std::span<const Passage> passed, TileField<NodeKey>& ids, TileLinks& out) {
   const CellBox& box = nodes.interior();
   const std::span<const Node> value = nodes.values();
   Components components(value.size());
@@ -71,29 +71,42 @@ void link_tile(const TileField<Node>& nodes, const ConvexityRules& rules, std::i
         const std::uint32_t root = components.find(static_cast<std::uint32_t>(i));
         if (root == i) {
           index_of_root.emplace(root, out.components.size());
-          out.components.push_back({node_key({{col, row}, t}), 0});
+          out.components.push_back({node_key({{col, row}, t})});
         }
         ComponentSize& component = out.components[index_of_root.at(root)];
         id = component.id;
         ++component.nodes;
       }
+  for (const Passage& p : passed) {
+    const std::size_t i = nodes.offset(p.node.cell) + p.node.triangle;
+    const Node& n = value[i];
+    if (n.node_class != NodeClass::kCandidate) continue;
+    const Eigen::Vector2d g = gradient_of(n);
+    if (p.borne_by(n.mean_z_mm + g.x() * (p.dx_mm - n.mean_x_mm) + g.y() * (p.dy_mm - n.mean_y_mm)))
+      ++out.components[index_of_root.at(components.find(static_cast<std::uint32_t>(i)))].passages;
+  }
 }
 
 // Component id -> kept? Global and tiny: it sees only ids, sizes and links.
 class Verdicts {
  public:
   Verdicts(const std::vector<ComponentSize>& components, const std::vector<Link>& links, std::uint64_t keep_nodes)
-      : merged_(components, links), nodes_(merged_.size(), 0), keep_nodes_(keep_nodes) {
-    for (const ComponentSize& c : components) nodes_[merged_.root(c.id)] += c.nodes;
+      : merged_(components, links), nodes_(merged_.size(), 0), passages_(merged_.size(), 0), keep_nodes_(keep_nodes) {
+    for (const ComponentSize& c : components) {
+      nodes_[merged_.root(c.id)] += c.nodes;
+      passages_[merged_.root(c.id)] += c.passages;
+    }
     for (std::size_t i = 0; i < merged_.size(); ++i)
-      if (merged_.is_root(i)) ++counts_.all, counts_.kept += nodes_[i] >= keep_nodes;
+      if (merged_.is_root(i)) ++counts_.all, counts_.kept += kept_at(i);
   }
-  bool kept(NodeKey id) const { return nodes_[merged_.root(id)] >= keep_nodes_; }
+  bool kept(NodeKey id) const { return kept_at(merged_.root(id)); }
   const ComponentCounts& counts() const { return counts_; }
 
  private:
   MergedComponents<NodeKey> merged_;
-  std::vector<std::uint64_t> nodes_;  // of whole components, at their root
+  bool kept_at(std::size_t root) const { return nodes_[root] >= keep_nodes_ || passages_[root] > 0; }
+
+  std::vector<std::uint64_t> nodes_, passages_;  // of whole components, at their root
   std::uint64_t keep_nodes_;
   ComponentCounts counts_;
 };
@@ -107,9 +120,10 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
 
   TileFields<NodeKey> ids(tiles.size());
   std::vector<TileLinks> links(tiles.size());
+  const PassagesByTile passed(context.trajectory, context.table);
   context.for_each_tile("link", [&](std::size_t i, int) {
     ids[i] = TileField<NodeKey>(tiles[i].box, kLinkHalo);
-    link_tile(nodes[i], rules, r_mm, ids[i], links[i]);
+    link_tile(nodes[i], rules, r_mm, passed.of(i), ids[i], links[i]);
   });
   exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
 

@@ -24,6 +24,7 @@
 #include "engine/tiling/point_bins.h"
 #include "engine/tiling/progress.h"
 #include "engine/tiling/tile_field.h"
+#include "engine/tiling/trajectory.h"
 
 namespace btms {
 
@@ -36,6 +37,7 @@ struct PassContext {
   const Threads& threads;
   Ranks& ranks;
   Progress& progress;
+  const std::vector<TrajectoryPoint>& trajectory;
 
   bool owns(std::size_t tile) const { return table.tiles()[tile].owner == ranks.rank(); }
   // Runs body(tile index, worker) on every tile of this rank; stops when progress says so.

@@ -49,6 +49,18 @@ TEST(InvarianceScene, CoarseToFineInTheNegativeQuadrant) {
   expect_one_digest(hard_scene(-90'000'001, -7'123'457, 150'000, kPoints, 2), levels_of_city(), all_ways({1, 5, 0}));
 }
 
+// Spans, sheets and their components over every border.
+TEST(InvarianceScene, CoarseToFineWithABridgeARoofAndAWood) {
+  const std::vector<CloudPoint> points = BridgeScene::points(352'123'456, 5'744'987'654, 80'000);
+  std::size_t reachable = 0, detached = 0;
+  const MemoryMap map = build_plain(points, levels_of_city(), 2);
+  for (const TileId id : map.tiles())
+    for (const UpperNode& u : map.load(id)->upper) ++(u.kind == UpperKind::kReachable ? reachable : detached);
+  EXPECT_GT(reachable, 200u) << "the deck";
+  EXPECT_GT(detached, 400u) << "the roof";
+  expect_one_digest(points, levels_of_city(), all_ways({1, 3, 0}));
+}
+
 TEST(InvarianceScene, AcrossAllQuadrants) {
   expect_one_digest(hard_scene(-45'001, -43'999, kSize_mm, kPoints, 3),
                     small_nodes(CompletionNormals::kPlane, NodeModel::kPca), all_ways({8, 0}));

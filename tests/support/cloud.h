@@ -82,4 +82,37 @@ inline std::vector<CloudPoint> hard_scene(std::int64_t x0_mm, std::int64_t y0_mm
   return points;
 }
 
+// 120 m x 120 m: a road 6 m deep in a cutting along y, a street that crosses it askew on a bridge, a building with a
+// flat roof, and a wood. Heights of the bare ground, of the street and of the roof in millimetres, from the south-west
+// corner.
+struct BridgeScene {
+  static constexpr std::int64_t kSize_mm = 120'000;
+
+  static std::int32_t street_mm(std::int64_t x) { return static_cast<std::int32_t>(10'000 + x / 100); }
+  static std::int32_t ground_mm(std::int64_t x) {
+    const std::int64_t out = x < 60'000 ? 60'000 - x : x - 60'000;
+    return static_cast<std::int32_t>(street_mm(x) - std::clamp<std::int64_t>((14'000 - out) * 2 / 3, 0, 6'000));
+  }
+  static bool on_deck(std::int64_t x, std::int64_t y) {
+    const std::int64_t across = y - 60'000 - (x - 60'000) * 3 / 10;
+    return x > 45'500 && x < 74'500 && across > -11'000 && across < 11'000;
+  }
+  static bool on_roof(std::int64_t x, std::int64_t y) { return x > 10'000 && x < 32'000 && y > 15'000 && y < 45'000; }
+  static bool in_wood(std::int64_t x, std::int64_t y) { return x > 85'000 && y > 80'000; }
+  static constexpr std::int32_t kRoof_mm = 18'000;
+
+  // As a scanner sees it from above.
+  static std::vector<CloudPoint> points(std::int64_t x0_mm, std::int64_t y0_mm, std::size_t n, std::uint64_t seed = 1) {
+    Random random(seed);
+    std::vector<CloudPoint> points;
+    while (points.size() < n) {
+      const std::int64_t x = random.between(0, kSize_mm - 1), y = random.between(0, kSize_mm - 1);
+      std::int64_t z = on_deck(x, y) ? street_mm(x) : on_roof(x, y) ? kRoof_mm : ground_mm(x);
+      if (in_wood(x, y) && random.between(0, 2) > 0) z += random.between(1'000, 9'000);
+      points.push_back({x0_mm + x, y0_mm + y, static_cast<std::int32_t>(z + random.between(-25, 25))});
+    }
+    return points;
+  }
+};
+
 }  // namespace btms::test

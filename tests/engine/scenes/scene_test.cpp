@@ -173,7 +173,7 @@ TEST(Scene, PointsAreTheSameOnEveryMachine) {
   EXPECT_EQ(fingerprint(*Scene::create(options("quarry"))), 0x0d8954dfff896a26u);
   EXPECT_EQ(fingerprint(*Scene::create(options("bumpy"))), 0xc194cf0b7e5d5999u);
   EXPECT_EQ(fingerprint(*Scene::create(options("indoor"))), 0x602a17a290723d19u);
-  EXPECT_EQ(fingerprint(*Scene::create(options("forest"))), 0x73babbdf8b2ec4dcu);
+  EXPECT_EQ(fingerprint(*Scene::create(options("forest"))), 0x2d95f9100ddc33afu);
   EXPECT_EQ(fingerprint(*Scene::create(options("halls"))), 0xa8254fb1a547a241u);
   EXPECT_EQ(fingerprint(*Scene::create(options("hillside"))), 0xccc2f079456c6d11u);
   EXPECT_EQ(fingerprint(*Scene::create(options("overpass"))), 0x53ed35b427a5dc5cu);

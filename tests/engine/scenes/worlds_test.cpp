@@ -185,7 +185,7 @@ TEST(Forest, IsDenseSteepAndRough) {
   Census forest("forest", 2'000'000, 25);
   EXPECT_GT(forest.share[SceneClass::kGround], 0.15);
   EXPECT_LT(forest.share[SceneClass::kGround], 0.3);
-  EXPECT_GT(forest.share[SceneClass::kLowVegetation], 0.02);
+  EXPECT_GT(forest.share[SceneClass::kLowVegetation], 0.015);
   EXPECT_GT(forest.share[SceneClass::kUnclassified], 0.001);
   // Slopes over 20 m.
   std::vector<double> slopes;

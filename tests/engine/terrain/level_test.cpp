@@ -11,20 +11,10 @@
 #include "engine/terrain/level_links.h"
 #include "engine/terrain/parameters.h"
 #include "tests/support/cloud.h"
+#include "tests/support/node_cloud.h"
 
 namespace btms::test {
 namespace {
-
-struct LevelCloud {
-  std::vector<std::int16_t> x, y;
-  std::vector<std::int32_t> z;
-  void add(std::int64_t px, std::int64_t py, std::int64_t pz) {
-    x.push_back(static_cast<std::int16_t>(px));
-    y.push_back(static_cast<std::int16_t>(py));
-    z.push_back(static_cast<std::int32_t>(pz));
-  }
-  NodePoints points() const { return {x.data(), y.data(), z.data(), x.size()}; }
-};
 
 GatedPoints gated;  // reused memory of the fits
 
@@ -32,7 +22,7 @@ const LevelRules kFine(preset("city"), 2000, false, true), kFirst(preset("city")
 
 TEST(LevelFit, FindsTheGroundUnderWhatStandsOnIt) {
   Random random(1);
-  LevelCloud c;
+  NodeCloud c;
   for (int i = 0; i < 12; ++i) {
     const std::int64_t x = random.between(300, 900), y = random.between(-250, 250);
     c.add(x, y, 10'000 + x / 5 + random.between(-20, 20));
@@ -47,7 +37,7 @@ TEST(LevelFit, FindsTheGroundUnderWhatStandsOnIt) {
 }
 
 // The same fit point by point and in integers.
-FittedPlane fit_slowly(const LevelCloud& c, std::int32_t datum, const FixedLevelPlane& gate, const PlaneStart& start,
+FittedPlane fit_slowly(const NodeCloud& c, std::int32_t datum, const FixedLevelPlane& gate, const PlaneStart& start,
                        const PlaneFitRules& rules) {
   constexpr int kBits = FixedLevelPlane::kBits;
   FixedLevelPlane plane = start.plane;
@@ -99,7 +89,7 @@ TEST(LevelPlanes, AreThoseOfIntegersInEveryLane) {
                               round % 2 ? 0.5 : 2.0};
     gated.clear();
     PlaneStarts starts;
-    std::array<LevelCloud, 4> clouds;
+    std::array<NodeCloud, 4> clouds;
     std::array<FixedLevelPlane, 4> gates;
     for (std::size_t k = 0; k < 4; ++k) {
       const std::int64_t relief = heavy || random.between(0, 3) == 0 ? 300'000 : random.between(1, 4000);
@@ -135,7 +125,7 @@ TEST(LevelPlanes, AreThoseOfIntegersInEveryLane) {
 TEST(LevelFit, TheNodesOfASquareDoNotSeeEachOther) {
   Random random(8);
   for (int round = 0; round < 100; ++round) {
-    std::array<LevelCloud, 4> clouds;
+    std::array<NodeCloud, 4> clouds;
     SquarePoints points;
     SquarePriors priors;
     for (std::size_t t = 0; t < 4; ++t) {
@@ -158,13 +148,10 @@ TEST(LevelFit, DoesNotDependOnTheOrderOfPoints) {
   for (int round = 0; round < 400; ++round) {
     const bool first = round % 4 == 0;
     const std::int64_t reach = first ? 15'000 : 900;
-    LevelCloud c, back;
+    NodeCloud c;
     for (std::int64_t i = random.between(1, 40); i > 0; --i)
       c.add(random.between(-reach, reach), random.between(-reach, reach), random.between(-2000, 6000));
-    back = c;
-    std::reverse(back.x.begin(), back.x.end());
-    std::reverse(back.y.begin(), back.y.end());
-    std::reverse(back.z.begin(), back.z.end());
+    const NodeCloud back = c.reversed();
     const PriorPlane prior{static_cast<double>(random.between(-500, 500)), 0.13, -0.4, 120};
     const LevelRules& rules = first ? kFirst : kFine;
     const LevelNode a = fit_level_node(c.points(), kNorth, prior, rules, gated),
@@ -182,7 +169,7 @@ TEST(LevelFit, WithoutPointsItIsThePrior) {
 }
 
 TEST(LevelFit, PointsFarBelowThePriorAreNoise) {
-  LevelCloud c;
+  NodeCloud c;
   c.add(500, 0, -20'000);
   EXPECT_EQ(fit_level_node(c.points(), kEast, {0, 0, 0, 50}, kFine, gated).level_class, LevelClass::kEmpty);
 }
