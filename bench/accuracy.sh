@@ -1,9 +1,10 @@
 #!/bin/sh
-# The figures of docs/accuracy.md as Markdown: `sh bench/accuracy.sh [BTMS]`, BTMS being a built btms (default
+# The measured figures of docs/accuracy.md (not those of the peers) as Markdown: `sh bench/accuracy.sh [BTMS]`, BTMS being a built btms (default
 # build/release/bin/btms). Real data is looked for in $BTMS_DATA (isprs/, city/, forest/), and left out where that is
-# unset; scenes are made on the spot. About 3 minutes and 2 GB of temporary files.
+# unset; scenes are made on the spot. About 1 minute and 2 GB of temporary files.
 set -eu
 btms=$(realpath "${1:-$(dirname "$0")/../build/release/bin/btms}")
+[ -z "${BTMS_DATA:-}" ] || data=$(realpath "$BTMS_DATA")
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT INT TERM
 cd "$work"
@@ -20,11 +21,13 @@ score() {
 echo '| data | total error | kappa | type I, II |'
 echo '|---|---|---|---|'
 if [ -n "${BTMS_DATA:-}" ]; then
-  for n in 11 21 23 31 42 51 53 61; do score "ISPRS sample $n" "$BTMS_DATA/isprs/samp$n.las"; done | tee isprs
+  for n in 11 21 23 31 42 51 53 61; do score "ISPRS sample $n" "$data/isprs/samp$n.las" >> isprs; done
+  [ "$(wc -l < isprs)" = 8 ] || { echo "a sample is missing" >&2; exit 1; }
+  cat isprs
   awk -F'|' '{ total += $3; kappa += $4; n++ } END { printf "| ISPRS, mean of %d | %.2f %% | %.3f | |\n", n, total / n, kappa / n }' isprs
-  score "AHN3 Delft" "$BTMS_DATA/city/ahn3_delft_1.las"
-  score "1 km² tile" "$BTMS_DATA/city/nrw_291_5744.las"
-  score "hilly forest, thinned truth" "$BTMS_DATA/forest/bcts_2.las"
+  score "AHN3 Delft" "$data/city/ahn3_delft_1.las"
+  score "1 km² tile" "$data/city/nrw_291_5744.las"
+  score "hilly forest, thinned truth" "$data/forest/bcts_2.las"
 fi
 for scene in "city 10000000" "forest 2000000" "halls 2000000" "hillside 2000000" "overpass 2000000" "hills 2000000" "quarry 2000000"; do
   set -- $scene
