@@ -1,11 +1,15 @@
 // btms eval: a segmentation against truth, with the paper's metrics; a map against the exact terrain of a scene.
+#include <array>
 #include <charconv>
+#include <cmath>
 
 #include "apps/btms/command.h"
 #include "apps/btms/eval_files.h"
 #include "apps/btms/eval_map.h"
+#include "apps/btms/eval_picture.h"
 #include "apps/btms/eval_report.h"
 #include "apps/btms/open_map.h"
+#include "apps/btms/outputs.h"
 #include "apps/btms/scene_options.h"
 #include "apps/btms/stop_signal.h"
 #include "apps/btms/tile_cache.h"
@@ -27,6 +31,8 @@ struct EvalCommand {
   CLI::Option* ambiguous_option = nullptr;
   CLI::Option* sensor_height_option = nullptr;
   bool classes = false;
+  std::string picture;
+  std::vector<double> picture_box_m;  // x0, y0, x1, y1, or none
   std::string map;
   SceneArguments arguments;
   double spacing_m = 0.5;
@@ -72,12 +78,33 @@ int run_map_eval(const EvalCommand& command) {
   ProgressDisplay progress(command.common.progress_style());
   const auto samples = sample_map(map, *scene, command.spacing_m, *threads, progress);
   progress.finish();
-  const MapEvalHeading heading{command.map, command.arguments.scene.name, command.spacing_m};
+  const MapEvalHeading heading{command.map, arguments.scene, command.spacing_m};
+  warn_of_another_scene(samples);
   if (command.common.json)
     print_map_eval_json(heading, samples);
   else
     print_map_eval_text(heading, samples);
   return 0;
+}
+
+std::optional<PlanBox> picture_box(const EvalCommand& command) {
+  if (command.picture_box_m.empty()) return {};
+  std::array<std::int64_t, 4> mm{};
+  bool good = command.picture_box_m.size() == mm.size();
+  for (std::size_t i = 0; good && i < mm.size(); ++i) {
+    good = std::abs(command.picture_box_m[i]) <= static_cast<double>(kMaxHorizontal_mm) / 1000;
+    if (good) mm[i] = std::llround(command.picture_box_m[i] * 1000);
+  }
+  const PlanBox box{mm[0], mm[1], mm[2], mm[3]};
+  if (!good || box.empty())
+    throw Error(ErrorCode::kUsage, "--picture-box: expected X0,Y0,X1,Y1 in metres with X0 < X1 and Y0 < Y1");
+  return box;
+}
+
+void check_eval_picture(const EvalCommand& command, const std::vector<EvalPair>& pairs) {
+  std::vector<fs::path> inputs;
+  for (const EvalPair& pair : pairs) inputs.insert(inputs.end(), {pair.truth, pair.prediction, pair.points});
+  check_picture(command.picture, {}, inputs);
 }
 
 int run_eval(const EvalCommand& command) {
@@ -87,8 +114,10 @@ int run_eval(const EvalCommand& command) {
   for (const std::string& path : {command.truth, command.prediction})
     if (!fs::exists(path)) throw Error(ErrorCode::kUsage, "there is no such file or folder", path);
   const TruthRules rules = rules_for(command);
-  const bool needs_z = rules.sensor_height_m > 0 && !rules.ambiguous.empty();
-  const auto pairs = pair_files(command.truth, command.prediction, command.points, needs_z);
+  const bool needs_z = rules.sensor_height_m > 0 && !rules.ambiguous.empty(), draws = !command.picture.empty();
+  const auto box = picture_box(command);
+  const auto pairs = pair_files(command.truth, command.prediction, command.points, needs_z || draws);
+  if (draws) check_eval_picture(command, pairs);
 
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
@@ -101,6 +130,7 @@ int run_eval(const EvalCommand& command) {
     progress.advance(1);
   });
   progress.finish();
+  if (draws) write_eval_picture(pairs, rules, box, command.picture);
   if (command.common.json)
     print_eval_json(results, rules);
   else
@@ -111,6 +141,7 @@ int run_eval(const EvalCommand& command) {
 constexpr const char* kFooter =
     "Examples:\n"
     "  btms eval --truth demo --prediction demo/labelled --classes\n"
+    "  btms eval --truth demo --prediction demo/labelled --picture wrong.png --picture-box 0,0,100,80\n"
     "  btms eval --truth sequences/00/labels --prediction predictions\n"
     "  btms eval --map demo/city.btms --scene city --points 2000000\n"
     "\n"
@@ -121,6 +152,10 @@ constexpr const char* kFooter =
     "  kitti  terrain 40 44 48 49 60 72, ignored 0 1, ambiguous 70: terrain below a quarter of the sensor's height of\n"
     "         1.73 m under the sensor; every table is given with and without it\n"
     "  asprs  terrain 2, ignored 7 9 17 18 20 26\n"
+    "\n"
+    "The picture shows all files from above: right points pale, terrain called object blue, object called terrain "
+    "red.\n"
+    "Wrong points lie above the others and are at least 3 pixels wide, so it makes them look like more than they are.\n"
     "\n"
     "With --map the heights of the map are compared with the exact terrain of a scene, everywhere, also below what\n"
     "stands on it. Give the scene's options as to `btms synth`. Error is surface minus truth, in metres; places where "
@@ -172,11 +207,21 @@ Command add_eval(CLI::App& btms) {
           ->type_name("H")
           ->group(group);
   app->add_flag("--classes", command->classes, "Also say for every true class how much of it was called terrain");
+  CLI::Option* picture = app->add_option("--picture", command->picture, "Also draw the points and what is wrong")
+                             ->default_str("")
+                             ->type_name("FILE.png");
+  app->add_option("--picture-box", command->picture_box_m, "Draw only what lies in it, in metres")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->needs(picture)
+      ->default_str("")
+      ->type_name("X0,Y0,X1,Y1");
   const char* map_group = "A map against a scene";
   CLI::Option* map = app->add_option("--map", command->map, "A map made by `btms build`")
                          ->default_str("")
                          ->excludes("--truth")
                          ->excludes("--prediction")
+                         ->excludes(picture)
                          ->type_name("MAP")
                          ->group(map_group);
   command->scene_option = add_scene_options(*app, command->arguments, map_group)->needs(map);
@@ -184,6 +229,9 @@ Command add_eval(CLI::App& btms) {
       ->check(CLI::Range(0.01, 1000.0))
       ->type_name("D")
       ->group(map_group);
+  for (const char* name : {"--density", "--seed", "--origin", "--spacing"}) app->get_option(name)->needs(map);
+  for (const char* name : {"--label-map", "--terrain", "--ignore", "--ambiguous", "--sensor-height", "--classes"})
+    map->excludes(name);
   add_run_options(*app, command->common);
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_eval(*command); }};

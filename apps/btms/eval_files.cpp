@@ -46,8 +46,8 @@ fs::path points_for(const fs::path& truth, const fs::path& points) {
   for (const std::string& extension : known_point_extensions())
     if (const fs::path path = folder / (truth.stem().string() + extension); fs::exists(path)) return path;
   throw Error(ErrorCode::kUsage,
-              fmt::format("found no points for this truth in {}: the heights of its ambiguous classes are needed; give "
-                          "--points, or leave those classes out with --sensor-height 0",
+              fmt::format("found no points for this truth in {}: the heights of its ambiguous classes are needed, and "
+                          "places for --picture; give --points, or leave those classes out with --sensor-height 0",
                           folder.string()),
               truth.string());
 }
@@ -84,14 +84,31 @@ void require_equal(std::size_t truth, std::size_t other, const EvalPair& pair, c
               other_path.string());
 }
 
+// Of every point of one pair. `z_m` may be empty.
+struct PairLabels {
+  std::vector<std::uint32_t> truth;
+  std::vector<std::uint8_t> terrain;
+  std::vector<float> z_m;
+};
+
+PairLabels read_labels(const EvalPair& pair) {
+  PairLabels labels{read_classes(pair.truth), read_prediction(pair.prediction), {}};
+  require_equal(labels.truth.size(), labels.terrain.size(), pair, pair.prediction);
+  if (!pair.points.empty()) {
+    labels.z_m = read_z(pair.points);
+    require_equal(labels.truth.size(), labels.z_m.size(), pair, pair.points);
+  }
+  return labels;
+}
+
 }  // namespace
 
 std::vector<EvalPair> pair_files(const fs::path& truth, const fs::path& prediction, const fs::path& points,
-                                 bool needs_z) {
+                                 bool needs_points) {
   require(truth, "--truth");
   require(prediction, "--prediction");
   if (!points.empty()) require(points, "--points");
-  const auto z_source = [&](const fs::path& path) { return needs_z ? points_for(path, points) : fs::path(); };
+  const auto z_source = [&](const fs::path& path) { return needs_points ? points_for(path, points) : fs::path(); };
   if (!fs::is_directory(truth) && !fs::is_directory(prediction))
     return {{truth.stem().string(), truth, prediction, z_source(truth)}};
 
@@ -115,15 +132,17 @@ std::vector<EvalPair> pair_files(const fs::path& truth, const fs::path& predicti
   return pairs;
 }
 
+std::vector<Verdict> verdicts(const EvalPair& pair, const TruthRules& rules) {
+  const auto [truth, terrain, z_m] = read_labels(pair);
+  std::vector<Verdict> verdicts(truth.size(), Verdict::kLeftOut);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    if (terrain[i] != kNoPrediction)
+      verdicts[i] = verdict(truth[i], terrain[i] != 0, z_m.empty() ? 0 : static_cast<double>(z_m[i]), rules);
+  return verdicts;
+}
+
 EvalResult evaluate(const EvalPair& pair, const TruthRules& rules) {
-  std::vector<std::uint32_t> truth = read_classes(pair.truth);
-  std::vector<std::uint8_t> terrain = read_prediction(pair.prediction);
-  require_equal(truth.size(), terrain.size(), pair, pair.prediction);
-  std::vector<float> z;
-  if (!pair.points.empty()) {
-    z = read_z(pair.points);
-    require_equal(truth.size(), z.size(), pair, pair.points);
-  }
+  auto [truth, terrain, z] = read_labels(pair);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (terrain[i] == kNoPrediction) continue;

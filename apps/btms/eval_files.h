@@ -13,14 +13,14 @@ namespace btms {
 struct EvalPair {
   std::string name;  // the stem both share
   std::filesystem::path truth, prediction;
-  std::filesystem::path points;  // where z comes from; empty when it isn't needed
+  std::filesystem::path points;  // where coordinates come from; empty when they aren't needed
 };
 
 // Pairs two files, or files by their stems where one of the two is a folder; what has no partner is logged. `points`
 // may be a file, a folder, or empty (the truth itself when it is a point file, else the folder `velodyne` beside the
 // truth's). Throws Error(kUsage) when a path is missing, Error(kBadInput) when nothing pairs.
 std::vector<EvalPair> pair_files(const std::filesystem::path& truth, const std::filesystem::path& prediction,
-                                 const std::filesystem::path& points, bool needs_z);
+                                 const std::filesystem::path& points, bool needs_points);
 
 // What became of the points of one true class.
 struct ClassCount {
@@ -36,7 +36,9 @@ struct EvalResult {
   std::map<std::uint32_t, ClassCount> classes;
 };
 
-// Throws Error(kBadInput) when the files can't be read or have different numbers of points.
+// Both throw Error(kBadInput) when the files can't be read or have different numbers of points. A verdict for every
+// point of the truth; one without a prediction is left out.
+std::vector<Verdict> verdicts(const EvalPair& pair, const TruthRules& rules);
 EvalResult evaluate(const EvalPair& pair, const TruthRules& rules);
 
 }  // namespace btms

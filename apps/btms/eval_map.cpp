@@ -1,6 +1,7 @@
 #include "apps/btms/eval_map.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <array>
 #include <cmath>
@@ -108,8 +109,8 @@ std::vector<SurfaceSample> sample_map(const TileSource& map, const Scene& scene,
                                       const Threads& threads, Progress& progress) {
   const Axis x{scene.origin_x_m(), spacing_m, kFirst_x}, y{scene.origin_y_m(), spacing_m, kFirst_y};
   const std::size_t columns = places_on(scene.width_m(), spacing_m), rows = places_on(scene.height_m(), spacing_m);
-  if (static_cast<double>(columns) * static_cast<double>(rows) > 0x1p31)
-    throw Error(ErrorCode::kUsage, "--spacing: more than 2 000 million places to compare");
+  if (static_cast<double>(columns) * static_cast<double>(rows) > 0x1p28)
+    throw Error(ErrorCode::kUsage, "--spacing: more than 268 million places to compare; choose a larger one");
   const std::size_t edge = places_on(kBlock_m, spacing_m);
   const std::size_t across = (columns + edge - 1) / edge, up = (rows + edge - 1) / edge;
   progress.begin("compare", across * up, "blocks");
@@ -129,8 +130,17 @@ std::vector<SurfaceSample> sample_map(const TileSource& map, const Scene& scene,
   return samples;
 }
 
+void warn_of_another_scene(std::span<const SurfaceSample> samples) {
+  const SurfaceScores s = score_surface(samples, regular);
+  const bool elsewhere = s.inferred()<0.95, wrong = s.places> 0 && s.within < 0.5;
+  if (elsewhere || wrong)
+    spdlog::warn("{}: are --scene, --points, --density, --seed and --origin those of the `synth` call?",
+                 elsewhere ? "the map says little of a part of the scene" : "the map is not like the scene at all");
+}
+
 void print_map_eval_text(const MapEvalHeading& heading, std::span<const SurfaceSample> samples) {
-  print_line(fmt::format("{} against the terrain of {}, every {} m; metres and percent", heading.map, heading.scene,
+  print_line(fmt::format("{} against the terrain of {} (seed {}, {} points), every {} m; metres and percent",
+                         heading.map, heading.scene.name, heading.scene.seed, grouped(heading.scene.points),
                          heading.spacing_m));
   TextTable table;
   table.row({"places", "number", "RMSE", "MAE", "bias", "p95", "complete", "filled", "95 %"});
@@ -146,7 +156,11 @@ void print_map_eval_text(const MapEvalHeading& heading, std::span<const SurfaceS
 }
 
 void print_map_eval_json(const MapEvalHeading& heading, std::span<const SurfaceSample> samples) {
-  Json json{{"map", heading.map}, {"scene", heading.scene}, {"spacing_m", heading.spacing_m}};
+  Json json{{"map", heading.map},
+            {"scene", heading.scene.name},
+            {"seed", heading.scene.seed},
+            {"points", heading.scene.points},
+            {"spacing_m", heading.spacing_m}};
   json["all"] = scores_json(score_surface(samples, regular));
   json["all"]["states"] = states_json(samples, regular);
   for (std::size_t k = 0; k < kStrata; ++k) {

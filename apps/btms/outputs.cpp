@@ -76,7 +76,8 @@ void check_picture(const fs::path& picture, const fs::path& map, std::span<const
   std::error_code ignored;
   for (const fs::path& input : inputs)
     if (fs::equivalent(picture, input, ignored)) refuse("--picture: would replace this input");
-  if (lies_in(picture, map) || lies_in_a_map(picture)) refuse("--picture: lies inside a map; choose another folder");
+  if ((!map.empty() && lies_in(picture, map)) || lies_in_a_map(picture))
+    refuse("--picture: lies inside a map; choose another folder");
   const fs::path folder = fs::absolute(picture).parent_path();
   if (!fs::is_directory(folder)) throw Error(ErrorCode::kUsage, "the picture's folder does not exist", folder.string());
 }

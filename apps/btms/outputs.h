@@ -20,7 +20,8 @@ void refuse_existing(std::span<const std::filesystem::path> outputs, bool force)
 // output would be an input, or exists and `force` is not given.
 void prepare_label_folder(const PointFiles& inputs, const std::filesystem::path& folder, bool force);
 
-// Throws Error(kUsage) for a picture that is not NAME.png in a folder that exists, is an input, or lies inside a map.
+// Throws Error(kUsage) for a picture that is not NAME.png in a folder that exists, is an input, or lies inside a map;
+// `map` is one that is still to be made, or empty.
 void check_picture(const std::filesystem::path& picture, const std::filesystem::path& map,
                    std::span<const std::filesystem::path> inputs);
 

@@ -9,8 +9,11 @@ namespace {
 double ratio(double part, double whole) { return whole == 0 ? 0 : part / whole; }
 double count(std::uint64_t n) { return static_cast<double>(n); }
 
-void tally(Confusion& c, bool truth, bool prediction) {
-  ++(truth ? (prediction ? c.true_positive : c.false_negative) : (prediction ? c.false_positive : c.true_negative));
+void tally(Confusion& c, Verdict v) {
+  c.true_positive += v == Verdict::kTerrain;
+  c.false_positive += v == Verdict::kTypeTwo;
+  c.false_negative += v == Verdict::kTypeOne;
+  c.true_negative += v == Verdict::kObject;
 }
 
 bool holds(const std::vector<std::uint32_t>& classes, std::uint32_t label) {
@@ -53,21 +56,22 @@ TruthRules asprs_rules() {
   return {.terrain = {2}, .ignored = {7, 9, 17, 18, 20, 26}, .ambiguous = {}, .sensor_height_m = 0};
 }
 
+Verdict verdict(std::uint32_t truth, bool terrain, double z_m, const TruthRules& rules) {
+  if (holds(rules.ignored, truth)) return Verdict::kLeftOut;
+  const bool ambiguous = holds(rules.ambiguous, truth);
+  if (ambiguous && rules.sensor_height_m <= 0) return Verdict::kLeftOut;
+  const bool positive = ambiguous ? z_m < -0.25 * rules.sensor_height_m : holds(rules.terrain, truth);
+  if (positive) return terrain ? Verdict::kTerrain : Verdict::kTypeOne;
+  return terrain ? Verdict::kTypeTwo : Verdict::kObject;
+}
+
 Scores score(std::span<const std::uint32_t> truth, std::span<const std::uint8_t> terrain, std::span<const float> z_m,
              const TruthRules& rules) {
-  const bool by_height = rules.sensor_height_m > 0 && !rules.ambiguous.empty();
-  const double limit_m = -0.25 * rules.sensor_height_m;
   Scores scores;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (holds(rules.ignored, truth[i])) continue;
-    const bool predicted = terrain[i] != 0;
-    if (holds(rules.ambiguous, truth[i])) {
-      if (by_height) tally(scores.with, static_cast<double>(z_m[i]) < limit_m, predicted);
-      continue;
-    }
-    const bool positive = holds(rules.terrain, truth[i]);
-    tally(scores.with, positive, predicted);
-    tally(scores.without, positive, predicted);
+    const Verdict v = verdict(truth[i], terrain[i] != 0, z_m.empty() ? 0 : static_cast<double>(z_m[i]), rules);
+    tally(scores.with, v);
+    if (!holds(rules.ambiguous, truth[i])) tally(scores.without, v);
   }
   return scores;
 }

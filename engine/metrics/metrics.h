@@ -39,6 +39,17 @@ TruthRules semantic_kitti_rules();
 // ASPRS LAS: terrain 2; ignored 7 9 17 18 20 26 (water, bridge decks, noise, reserved).
 TruthRules asprs_rules();
 
+// What became of one point.
+enum class Verdict : std::uint8_t {
+  kLeftOut,  // its class doesn't count
+  kTerrain,  // rightly called terrain
+  kObject,   // rightly called object
+  kTypeOne,  // terrain called object
+  kTypeTwo,  // object called terrain
+};
+// `z_m`, in the sensor frame, matters to the ambiguous classes only.
+Verdict verdict(std::uint32_t truth, bool terrain, double z_m, const TruthRules& rules);
+
 struct Scores {
   Confusion with;     // the ambiguous classes counted by their height
   Confusion without;  // the ambiguous classes left out

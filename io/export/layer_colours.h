@@ -6,14 +6,10 @@
 #include <vector>
 
 #include "engine/model/terrain_tile.h"
+#include "io/export/legend.h"
 #include "io/export/picture.h"
 
 namespace btms {
-
-struct LegendEntry {
-  Rgb colour;
-  std::string_view text;
-};
 
 struct PictureLayer {
   std::string_view name;

@@ -6,12 +6,13 @@
 #include <string>
 
 #include "engine/error.h"
+#include "io/export/legend.h"
 #include "io/export/shading.h"
 
 namespace btms {
 namespace {
 
-constexpr Rgb kPaper{255, 255, 255}, kInk{60, 60, 60};
+constexpr Rgb kPaper{255, 255, 255};
 constexpr int kMaxPixelsPerCell = 12;
 
 // What the picture has to fit: where there is anything, and how steep it is.
@@ -129,24 +130,7 @@ class Canvas {
   std::vector<Sum> sums_;
 };
 
-// The longest of 1, 2, 5 x 10^n metres that is at most `limit_m`.
-double round_length_m(double limit_m) {
-  const double power = std::pow(10.0, std::floor(std::log10(limit_m)));
-  for (const double f : {5.0, 2.0})
-    if (f * power <= limit_m) return f * power;
-  return power;
-}
-
-std::string length_text(double length_m) {
-  const bool km = length_m >= 1000;
-  std::string text = std::to_string(km ? length_m / 1000 : length_m);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text + (km ? " km" : " m");
-}
-
-// All in dots of the font.
-constexpr int kMargin = 8, kSwatch = 10, kGap = 10, kBar = 60, kRamp = 60, kLegendHeight = 23;
+constexpr int kRamp = 60;  // dots
 
 std::vector<LegendEntry> swatches(const PictureLayer& layer) {
   std::vector<LegendEntry> entries = layer.exceptions;
@@ -154,47 +138,25 @@ std::vector<LegendEntry> swatches(const PictureLayer& layer) {
   return entries;
 }
 
-// Wide enough for the longest bar and text there can be.
 int legend_width(const PictureLayer& layer, int scale) {
-  int width = 2 * kMargin;
+  int width = Legend::width(swatches(layer), 1) + Picture::text_width("relief x10", 1);
   if (!layer.low.empty())
-    width += Picture::text_width(layer.name, 1) + kGap + Picture::text_width(layer.low, 1) + 4 + kRamp + 4 +
-             Picture::text_width(layer.high, 1) + kGap;
-  for (const LegendEntry& entry : swatches(layer)) width += kSwatch + 4 + Picture::text_width(entry.text, 1) + kGap;
-  width += kBar + 5 + Picture::text_width("0.005 m", 1) + kGap + Picture::text_width("relief x10", 1);
+    width += Picture::text_width(layer.name, 1) + Legend::kGap + Picture::text_width(layer.low, 1) + 4 + kRamp + 4 +
+             Picture::text_width(layer.high, 1) + Legend::kGap;
   return width * scale;
 }
 
-void draw_legend(Picture& picture, const PictureLayer& layer, int s, double metres_per_pixel, double relief) {
-  const int top = picture.height() - (kLegendHeight - 8) * s;
-  int x = kMargin * s;
-  const auto write = [&](std::string_view text, int gap) {
-    picture.text(x, top, text, s, kInk);
-    x += Picture::text_width(text, s) + gap * s;
-  };
+void draw_legend(Picture& picture, const PictureLayer& layer, int scale, double metres_per_pixel, double relief) {
+  Legend legend(picture, scale);
   if (!layer.low.empty()) {
-    write(layer.name, kGap);
-    write(layer.low, 4);
-    picture.fill(x, top - s, kRamp * s, 9 * s, kInk);
-    for (int i = 1; i < kRamp * s - 1; ++i)
-      picture.fill(x + i, top - s + 1, 1, 9 * s - 2, ramp_colour((i - 1.0) / (kRamp * s - 3)));
-    x += (kRamp + 4) * s;
-    write(layer.high, kGap);
+    legend.text(layer.name);
+    legend.text(layer.low, 4);
+    legend.box(kRamp, ramp_colour);
+    legend.text(layer.high);
   }
-  for (const LegendEntry& entry : swatches(layer)) {
-    picture.fill(x, top - s, kSwatch * s, 9 * s, kInk);
-    picture.fill(x + 1, top - s + 1, kSwatch * s - 2, 9 * s - 2, entry.colour);
-    x += (kSwatch + 4) * s;
-    write(entry.text, kGap);
-  }
-  const double bar_m = round_length_m(kBar * s * metres_per_pixel);
-  const int bar = std::max(1, static_cast<int>(std::lround(bar_m / metres_per_pixel)));
-  picture.fill(x, top + 3 * s, bar, s, kInk);
-  picture.fill(x, top, s, 7 * s, kInk);
-  picture.fill(x + bar - s, top, s, 7 * s, kInk);
-  x += bar + 5 * s;
-  write(length_text(bar_m), kGap);
-  if (relief > 1) write("relief x" + std::to_string(static_cast<int>(relief)), 0);
+  for (const LegendEntry& entry : swatches(layer)) legend.swatch(entry);
+  legend.scale_bar(metres_per_pixel);
+  if (relief > 1) legend.text("relief x" + std::to_string(static_cast<int>(relief)), 0);
 }
 
 }  // namespace
@@ -206,7 +168,7 @@ void write_relief(const TileSource& map, const std::filesystem::path& png, std::
   const int scale = max_pixels >= 1000 ? 2 : 1;
   const auto limit = static_cast<std::int64_t>(std::clamp<std::uint32_t>(max_pixels, 64, 20000));
   const bool with_legend = limit >= legend_width(layer, scale);
-  const int strip = with_legend ? kLegendHeight * scale : 0;
+  const int strip = with_legend ? Legend::kHeight * scale : 0;
   const Zoom zoom = zoom_for(s.box, limit, limit - strip);
 
   Canvas canvas(s.box, zoom);

@@ -43,6 +43,12 @@ TEST(CliHelp, SynthNamesTheOptionsOfAScene) {
     EXPECT_NE(help.find(flag), std::string::npos) << flag << help;
 }
 
+TEST(CliHelp, EvalSaysWhatItsPictureShows) {
+  const std::string help = run({"eval", "--help"}).out;
+  for (const char* text : {"--picture ", "--picture-box", "X0,Y0,X1,Y1", "blue", "red", "3 pixels"})
+    EXPECT_NE(help.find(text), std::string::npos) << text;
+}
+
 TEST(CliHelp, VersionNamesTheLibraries) {
   const Outcome version = run({"--version"});
   EXPECT_EQ(version.status, 0);

@@ -79,6 +79,44 @@ TEST_F(CliRoundTrip, LabelsScoreWell) {
             1.0);
 }
 
+TEST_F(CliRoundTrip, APictureShowsWhatIsWrong) {
+  run_json({"label", map(), in("truth"), "-o", in("drawn")});
+  const std::vector<std::string> call = {"eval", "--truth", in("truth"), "--prediction", in("drawn")};
+  const auto with = [&](std::vector<std::string> more) {
+    std::vector<std::string> all = call;
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  const auto plain = run_json(call);
+  EXPECT_EQ(run_json(with({"--picture", in("wrong.png")})), plain);
+  EXPECT_EQ(read_text(in("wrong.png")).substr(1, 3), "PNG");
+  EXPECT_EQ(run_json(with({"--picture", in("crop.png"), "--picture-box", "520,-280,560,-250"})), plain);
+  EXPECT_NE(read_text(in("crop.png")), read_text(in("wrong.png")));
+  // Truth against itself has nothing wrong in it.
+  run_json({"eval", "--truth", in("truth"), "--prediction", in("truth"), "--picture", in("right.png")});
+  EXPECT_NE(read_text(in("right.png")), read_text(in("wrong.png")));
+
+  fs::create_hard_link(in("truth/city_000.las"), in("truth.png"));
+  fs::create_hard_link(in("drawn/city_001.las"), in("drawn.png"));
+  const std::string truth = read_text(in("truth.png")), drawn = read_text(in("drawn.png"));
+  for (const std::vector<std::string>& more :
+       std::vector<std::vector<std::string>>{{"--picture", in("truth.png")},
+                                             {"--picture", in("drawn.png")},
+                                             {"--picture", in("wrong.jpg")},
+                                             {"--picture", in("city.btms/wrong.png")},
+                                             {"--picture-box", "0,0,1,1"},
+                                             {"--picture", in("no.png"), "--picture-box", "0,0,1"},
+                                             {"--picture", in("no.png"), "--picture-box", "0,0,0,1"},
+                                             {"--picture", in("no.png"), "--picture-box", "0,0,nan,1"},
+                                             {"--picture", in("no.png"), "--picture-box", "0,0,1e300,1"}})
+    EXPECT_EQ(run(with(more)).status, 2) << testing::PrintToString(more);
+  EXPECT_EQ(run(with({"--picture", in("no.png"), "--picture-box=-900,-900,-800,-800"})).status, 3);
+  EXPECT_EQ(run({"eval", "--map", map(), "--scene", "city", "--picture", in("no.png")}).status, 2);
+  EXPECT_FALSE(fs::exists(in("no.png")));
+  EXPECT_EQ(read_text(in("truth.png")), truth);
+  EXPECT_EQ(read_text(in("drawn.png")), drawn);
+}
+
 TEST_F(CliRoundTrip, TheMapIsScoredAgainstItsScene) {
   const std::vector<std::string> call = {"eval",   "--map",    map(),      "--scene",   "city", "--points",
                                          "200000", "--origin", "500,-300", "--spacing", "0.9"};

@@ -96,6 +96,16 @@ TEST(Score, WithoutASensorHeightAmbiguousClassesAreLeftOutOfBoth) {
   EXPECT_EQ(s.without.total(), 1u);
 }
 
+TEST(Verdict, SaysWhatBecameOfAPoint) {
+  EXPECT_EQ(verdict(2, true, 0, asprs_rules()), Verdict::kTerrain);
+  EXPECT_EQ(verdict(6, false, 0, asprs_rules()), Verdict::kObject);
+  EXPECT_EQ(verdict(2, false, 0, asprs_rules()), Verdict::kTypeOne);
+  EXPECT_EQ(verdict(6, true, 0, asprs_rules()), Verdict::kTypeTwo);
+  EXPECT_EQ(verdict(9, true, 0, asprs_rules()), Verdict::kLeftOut);
+  EXPECT_EQ(verdict(70, false, -0.44, semantic_kitti_rules()), Verdict::kTypeOne);
+  EXPECT_EQ(verdict(70, true, -0.43, semantic_kitti_rules()), Verdict::kTypeTwo);
+}
+
 TEST(Score, NothingScoresNothing) {
   const Scores s = score({}, {}, {}, semantic_kitti_rules());
   EXPECT_EQ(s.with.total() + s.without.total(), 0u);

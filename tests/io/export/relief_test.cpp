@@ -1,28 +1,14 @@
 // The picture of a map: size, orientation, colours.
 #include "io/export/relief.h"
 
-#include <png.h>
-
 #include "engine/model/memory_map.h"
 #include "io/export/picture.h"
 #include "io/export/shading.h"
+#include "tests/io/export/read_png.h"
 #include "tests/io/store/made_map.h"
 
 namespace btms {
 namespace {
-
-Picture read_png(const std::filesystem::path& file) {
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  EXPECT_NE(png_image_begin_read_from_file(&image, file.c_str()), 0);
-  image.format = PNG_FORMAT_RGB;
-  std::vector<Rgb> pixels(std::size_t{image.width} * image.height);
-  EXPECT_NE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr), 0);
-  Picture p(static_cast<int>(image.width), static_cast<int>(image.height), {});
-  for (int y = 0; y < p.height(); ++y)
-    for (int x = 0; x < p.width(); ++x) p.set(x, y, pixels[static_cast<std::size_t>(y * p.width() + x)]);
-  return p;
-}
 
 // Level ground, with other states where `state` says so.
 MemoryMap level_map(const CellBox& box, auto&& state) {
