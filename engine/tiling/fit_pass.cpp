@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/corner_fit.h"
@@ -50,6 +51,9 @@ NodeSurface finish(const Node& node, std::uint8_t t, const std::array<std::int32
   if (plane.rise2_mm2() > rules.steepest_rise2_mm2) return out;
 
   out.sd_mm = node.sd_mm;
+  // Eq 14 measures along the normal; the label itself takes the unrounded value.
+  const double slope2 = static_cast<double>(plane.rise2_mm2()) / (static_cast<double>(rules.r_mm) * rules.r_mm);
+  out.terrain_mm = saturate_u16(rules.standing_mm * std::sqrt(1 + slope2));
   if (node.node_class != NodeClass::kTerrain) out.support = node.support;
   if (node.is_terrain()) out.weight = static_cast<std::uint8_t>((node.weight * 255u + 32768u) >> 16);
   if (node.node_class == NodeClass::kTerrain) {
