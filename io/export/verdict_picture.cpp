@@ -47,7 +47,7 @@ VerdictPicture::VerdictPicture(const PlanBox& box, std::uint64_t points, std::ui
   pixel_mm_ = std::max({spacing_mm / kPixelsPerPoint, wide_mm / limit_, high_mm / room, 1.0});
   width_ = std::clamp(static_cast<int>(std::ceil(wide_mm / pixel_mm_)), 1, limit_);
   height_ = std::clamp(static_cast<int>(std::ceil(high_mm / pixel_mm_)), 1, room);
-  dot_ = std::max(1, static_cast<int>(std::lround(spacing_mm / pixel_mm_)));
+  dot_ = 1 + static_cast<int>(std::lround(spacing_mm / pixel_mm_));  // points are scattered: a bit of overlap
   worst_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), Verdict::kLeftOut);
 }
 
