@@ -2,6 +2,7 @@
 // surface when it is large and high enough; it can be reached where it joins the terrain at the same height.
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <tuple>
 #include <utility>
 
@@ -9,8 +10,8 @@
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/above.h"
 #include "engine/terrain/level_links.h"
+#include "engine/tiling/level_points.h"
 #include "engine/tiling/merged_components.h"
-#include "engine/tiling/node_sort.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/sparse_field.h"
 
@@ -59,54 +60,43 @@ struct TileLinks {
 FinalPlane surface_of(const TerrainTile& tile, NodeId n) { return FinalPlane::through(n.triangle, tile.corners_mm(n)); }
 
 // Layers of every node with points and a surface; the sheets of each tile.
-std::vector<std::vector<Sheet>> look_above(const PassContext& context, const PointBins& bins, const BinGrid& grid,
+std::vector<std::vector<Sheet>> look_above(const PassContext& context, const OrderedPoints& points,
                                            const LevelRules& rules, std::vector<TerrainTile>& tiles) {
   struct Scratch {
-    NodeSort sort;
     std::vector<std::int32_t> heights;
     SheetScratch sheets;
     std::vector<NodeSheet> found;
+    std::vector<Sheet> of_bin;
   };
   std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
-  std::vector<std::vector<Sheet>> by_bin(bins.bins().size());
-  const auto tile_of = [&](BinId id) {
-    const CellBox box = grid.box_of(id);
-    return static_cast<std::size_t>(context.table.index_of(context.table.layout().grid.tile_of({box.col0, box.row0})));
-  };
-  context.progress.begin("above", bins.counts().points, "points");
-  context.threads.for_each(by_bin.size(), [&](std::size_t k, int worker) {
-    if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in above");
-    const PointBins::Bin& bin = bins.bins()[k];
-    Scratch& s = scratch[static_cast<std::size_t>(worker)];
-    s.sort.sort(bin, grid);
-    TerrainTile& tile = tiles[tile_of(bin.id)];
-    const CellBox box = grid.box_of(bin.id);
-    std::size_t at = 0;
-    for (std::int32_t row = box.row0; row < box.row1; ++row)
-      for (std::int32_t col = box.col0; col < box.col1; ++col)
-        for (std::uint8_t t = 0; t < kTriangles; ++t) {
-          const NodePoints points = s.sort.node(at++);
-          const NodeId id{{col, row}, t};
-          NodeSurface& node = tile.nodes[tile.node_index(id)];
-          if (points.size == 0 || node.state == NodeState::kUnknown) continue;
-          const FinalPlane surface = surface_of(tile, id);
-          const std::int32_t limit_mm = node.terrain_mm;
-          heights_over(points, surface, rules.r_mm(), s.heights);
-          const NodeLayers layers = node_layers(s.heights, limit_mm);
-          node.roughness_mm = layers.roughness_mm;
-          if (layers.clearance_mm != kNoneAbove)
-            node.clearance_mm = static_cast<std::uint16_t>(std::min(layers.clearance_mm, kNothingAbove - 1));
-          find_sheets(points, s.heights, t, surface, limit_mm, rules, s.sheets, s.found);
-          for (std::size_t i = 0; i < s.found.size(); ++i)
-            by_bin[k].push_back({.node = node_key(id), .ordinal = i, .sheet = s.found[i]});
-        }
-    context.progress.advance(bin.size);
-  });
   std::vector<std::vector<Sheet>> by_tile(tiles.size());
-  for (std::size_t k = 0; k < by_bin.size(); ++k) {
-    std::vector<Sheet>& to = by_tile[tile_of(bins.bins()[k].id)];
-    to.insert(to.end(), by_bin[k].begin(), by_bin[k].end());
-  }
+  std::mutex mutex;
+  points.for_each_bin(
+      "above", context.threads, context.progress,
+      [&](std::size_t i, BinId bin_id, const OrderedPoints::Bin& bin, int worker) {
+        Scratch& s = scratch[static_cast<std::size_t>(worker)];
+        s.of_bin.clear();
+        TerrainTile& tile = tiles[i];
+        for_each_square(bin, cells_of(bin_id, points.order().refinements()), [&](Cell c, const SquarePoints& square) {
+          for (std::uint8_t t = 0; t < kTriangles; ++t) {
+            const NodeId id{c, t};
+            NodeSurface& node = tile.nodes[tile.node_index(id)];
+            if (square[t].size == 0 || node.state == NodeState::kUnknown) continue;
+            const FinalPlane surface = surface_of(tile, id);
+            const std::int32_t limit_mm = node.terrain_mm;
+            heights_over(square[t], surface, rules.r_mm(), s.heights);
+            const NodeLayers layers = node_layers(s.heights, limit_mm);
+            node.roughness_mm = layers.roughness_mm;
+            if (layers.clearance_mm != kNoneAbove)
+              node.clearance_mm = static_cast<std::uint16_t>(std::min(layers.clearance_mm, kNothingAbove - 1));
+            find_sheets(square[t], s.heights, t, surface, limit_mm, rules, s.sheets, s.found);
+            for (std::size_t k = 0; k < s.found.size(); ++k)
+              s.of_bin.push_back({.node = node_key(id), .ordinal = k, .sheet = s.found[k]});
+          }
+        });
+        const std::lock_guard lock(mutex);
+        by_tile[i].insert(by_tile[i].end(), s.of_bin.begin(), s.of_bin.end());
+      });
   return by_tile;
 }
 
@@ -174,12 +164,11 @@ std::vector<SheetSums> sums_of(const SparseField<Sheet>& field, const TerrainTil
 
 }  // namespace
 
-void above_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid,
-                std::vector<TerrainTile>& tiles) {
+void above_pass(const PassContext& context, const OrderedPoints& points, std::vector<TerrainTile>& tiles) {
   const TileTable& table = context.table;
   const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false,
                          false);  // a deck is not smooth ground: the wider scale
-  std::vector<std::vector<Sheet>> found = look_above(context, bins, grid, rules, tiles);
+  std::vector<std::vector<Sheet>> found = look_above(context, points, rules, tiles);
 
   SparseFields<Sheet> sheets(tiles.size());
   context.for_each_tile("sheets", [&](std::size_t i, int) {

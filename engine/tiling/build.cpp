@@ -30,7 +30,7 @@ class Stopwatch {
 // Every rank's occupied bins.
 std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
   std::vector<BinId> mine;
-  for (const PointBins::Bin& bin : bins.bins()) mine.push_back(bin.id);
+  for (std::size_t k = 0; k < bins.size(); ++k) mine.push_back(bins.id(k));
   return ranks.gather(mine);
 }
 
@@ -70,7 +70,8 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   const BinGrid grid = coarse_to_fine ? BinGrid(finest, 1 << (levels - 1)) : BinGrid(finest);
   const std::int32_t tile_cells = options.tile_cells.value_or(std::max(1, kDefaultTileCells >> (levels - 1)));
 
-  PointBins bins = PointBins::read(sources, grid, threads, ranks, progress);
+  Pager pager(options.memory_bytes, options.spill_folder);
+  PointBins bins = PointBins::read(sources, grid, threads, ranks, pager, progress);
   const auto counts =
       ranks.sum<std::uint64_t>({bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range});
   summary.points = counts[0];
@@ -92,12 +93,14 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   TileSink& tiles = sink(summary.layout);
 
   if (coarse_to_fine) {
+    std::optional<OrderedPoints> points(std::in_place, std::move(bins), grid, table, threads, pager, progress);
+    watch.lap("sort", summary.phases);
     Levels built =
-        build_levels(p, table, bins, grid, options.trajectory, options.neighbours_by_lattice, threads, ranks, progress,
-                     [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
-    const PassContext context{p, built.table, threads, ranks, progress, options.trajectory};
-    if (options.layers) above_pass(context, bins, grid, built.tiles);
-    bins = PointBins();
+        build_levels(p, table, *points, options.trajectory, options.neighbours_by_lattice, threads, ranks, pager,
+                     progress, [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
+    const PassContext context{p, built.table, threads, ranks, pager, progress, options.trajectory};
+    if (options.layers) above_pass(context, *points, built.tiles);
+    points.reset();
     watch.lap("above", summary.phases);
     summary.components = built.components.all;
     summary.components_kept = built.components.kept;
@@ -108,13 +111,12 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
     return summary;
   }
 
-  const PassContext context{p, table, threads, ranks, progress, options.trajectory};
+  const PassContext context{p, table, threads, ranks, pager, progress, options.trajectory};
   NodeFields nodes(table.tiles().size());
   threads.for_each(nodes.size(), [&](std::size_t i, int) {
     if (context.owns(i)) nodes[i] = TileField<Node>(table.tiles()[i].box, std::max({kLinkHalo, reach, kFitHalo}));
   });
-  model_pass(context, bins, grid, nodes);
-  bins = PointBins();
+  model_pass(context, std::move(bins), grid, nodes);
   watch.lap("model", summary.phases);
 
   exchange_halo(table, nodes, kLinkHalo, threads, ranks);

@@ -42,11 +42,10 @@ std::size_t square_of(const CellBox& box, Cell c) {
   return static_cast<std::size_t>((std::int64_t{c.row} - box.row0) * box.cols() + (c.col - box.col0));
 }
 
-// Nodes of one level, from the points.
-void fit_level(const PassContext& context, const PointBins& bins, const BinGrid& grid, const LevelRules& rules,
+// Nodes of one level, from the points: all of them on the last level, the lowest of each finest node before.
+void fit_level(const PassContext& context, const OrderedPoints& points, int level, const LevelRules& rules,
                const PriorSource& prior, LevelFields& nodes) {
   const auto& tiles = context.table.tiles();
-  std::vector<GatedPoints> gated(static_cast<std::size_t>(context.threads.count()));
   // Everything without points first: it takes the prior.
   context.for_each_tile("prior", [&](std::size_t i, int) {
     for_each_node(tiles[i].box, [&](NodeId n) {
@@ -54,16 +53,35 @@ void fit_level(const PassContext& context, const PointBins& bins, const BinGrid&
           prior.outside(i, n) ? LevelNode{} : unfitted_node(n.triangle, prior.of(i, n), rules);
     });
   });
-  for_each_square_with_points(
-      context, "fit", bins, grid, [&](std::size_t i, Cell c, const SquarePoints& points, int worker) {
-        SquarePriors priors;
-        for (std::uint8_t t = 0; t < kTriangles; ++t)
-          if (!prior.outside(i, {c, t})) priors[t] = prior.of(i, {c, t});
-        std::array<LevelNode, kTriangles> fitted;
-        fit_level_square(points, priors, rules, gated[static_cast<std::size_t>(worker)], fitted.data());
-        for (std::uint8_t t = 0; t < kTriangles; ++t)
-          if (!prior.outside(i, {c, t})) nodes[i].cell(c)[t] = fitted[t];
-      });
+  struct Scratch {
+    GatedPoints gated;
+    LowestScratch lowest;
+  };
+  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
+  const auto fit = [&](std::size_t i, Cell c, const SquarePoints& here, GatedPoints& gated) {
+    SquarePriors priors;
+    for (std::uint8_t t = 0; t < kTriangles; ++t)
+      if (!prior.outside(i, {c, t})) priors[t] = prior.of(i, {c, t});
+    std::array<LevelNode, kTriangles> fitted;
+    fit_level_square(here, priors, rules, gated, fitted.data());
+    for (std::uint8_t t = 0; t < kTriangles; ++t)
+      if (!prior.outside(i, {c, t})) nodes[i].cell(c)[t] = fitted[t];
+  };
+  if (rules.last()) {
+    points.for_each_bin("fit", context.threads, context.progress,
+                        [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int worker) {
+                          GatedPoints& gated = scratch[static_cast<std::size_t>(worker)].gated;
+                          for_each_square(bin, cells_of(id, level),
+                                          [&](Cell c, const SquarePoints& here) { fit(i, c, here, gated); });
+                        });
+    return;
+  }
+  points.for_each_lowest("fit", context.threads, context.progress,
+                         [&](std::size_t i, BinId id, const OrderedPoints::Lowest& bin, int worker) {
+                           Scratch& s = scratch[static_cast<std::size_t>(worker)];
+                           for_each_square(bin, points.order(), level, rules.r_mm(), cells_of(id, level), s.lowest,
+                                           [&](Cell c, const SquarePoints& here) { fit(i, c, here, s.gated); });
+                         });
 }
 
 // First level: what lies further from any point than kDomainRings is not part of the map.
@@ -215,10 +233,9 @@ LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, 
 
 }  // namespace
 
-Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins,
-                    const BinGrid& finest_grid, const std::vector<TrajectoryPoint>& trajectory, bool by_lattice,
-                    const Threads& threads, Ranks& ranks, Progress& progress,
-                    const std::function<void(int)>& level_done) {
+Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const OrderedPoints& points,
+                    const std::vector<TrajectoryPoint>& trajectory, bool by_lattice, const Threads& threads,
+                    Ranks& ranks, Pager& pager, Progress& progress, const std::function<void(int)>& level_done) {
   const int levels = level_count(parameters);
   Levels built{coarsest, {}, {}};
   TileTable& table = built.table;
@@ -228,8 +245,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
     if (level > 0) table = table.finer();
     const bool first = level == 0, last = level == levels - 1;
     const LevelRules rules(parameters, table.layout().lattice.resolution_mm(), first, last);
-    const BinGrid grid(table.layout().lattice, finest_grid.edge_cells >> (levels - 1 - level));
-    const PassContext context{parameters, table, threads, ranks, progress, trajectory};
+    const PassContext context{parameters, table, threads, ranks, pager, progress, trajectory};
     const std::int32_t halo = std::max(rules.completion_halo(), kDomainRings);
 
     const auto& tiles = table.tiles();
@@ -245,7 +261,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
     for (int round = 0; round < rounds; ++round) {
       PriorSource prior =
           round == 0 ? (first ? PriorSource{} : PriorSource{&surfaces, true}) : PriorSource{&own, false};
-      if (round != 1) fit_level(context, bins, grid, rules, prior, nodes);
+      if (round != 1) fit_level(context, points, level, rules, prior, nodes);
       if (first) bound_domain(context, nodes);
       context.for_each_tile("class", [&](std::size_t i, int) {
         for_each_node(tiles[i].box, [&](NodeId n) {
@@ -270,7 +286,7 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
       own = std::move(next);
     }
     if (last) {
-      built.tiles = finish_levels(context, coarsest, bins, grid, rules, {nodes, completed, own, misfits});
+      built.tiles = finish_levels(context, coarsest, points, rules, {nodes, completed, own, misfits});
     }
     surfaces = std::move(own);
     level_done(level);

@@ -73,10 +73,10 @@ class Finish {
 
 }  // namespace
 
-std::vector<TerrainTile> finish_levels(const PassContext& context, const TileTable& coarsest, const PointBins& bins,
-                                       const BinGrid& grid, const LevelRules& rules, const LastRound& last) {
+std::vector<TerrainTile> finish_levels(const PassContext& context, const TileTable& coarsest,
+                                       const OrderedPoints& points, const LevelRules& rules, const LastRound& last) {
   const int refinements = level_count(context.parameters) - 1;
-  const ScatterFields ground = measure_ground(context, coarsest, refinements, bins, grid, last.surfaces);
+  const ScatterFields ground = measure_ground(context, coarsest, refinements, points, last.surfaces);
   std::vector<TerrainTile> tiles(last.surfaces.size());
   context.for_each_tile("finish", [&](std::size_t i, int) {
     Finish finish(rules, last, i);

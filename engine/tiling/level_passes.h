@@ -5,6 +5,7 @@
 #include "engine/terrain/span.h"
 #include "engine/tiling/level_scatter.h"
 #include "engine/tiling/level_surface.h"
+#include "engine/tiling/ordered_points.h"
 #include "engine/tiling/passes.h"
 
 namespace btms {
@@ -33,18 +34,18 @@ struct LastRound {
   const std::vector<ScatterFields>& misfits;  // of the levels after the first against the one before
 };
 
-// Finished tiles: the surface, what the nodes know, and how far above it points are terrain. `context` and `grid` are
-// of the finest level. Collective.
-std::vector<TerrainTile> finish_levels(const PassContext& context, const TileTable& coarsest, const PointBins& bins,
-                                       const BinGrid& grid, const LevelRules& rules, const LastRound& last);
+// Finished tiles: the surface, what the nodes know, and how far above it points are terrain. `context` is of the
+// finest level. Collective.
+std::vector<TerrainTile> finish_levels(const PassContext& context, const TileTable& coarsest,
+                                       const OrderedPoints& points, const LevelRules& rules, const LastRound& last);
 
 // The map ends this many cells of the coarsest level beyond the last point.
 inline constexpr std::int32_t kDomainRings = 1;
 
-// All levels from the binned points (bins of `grid`: one cell of the coarsest level) to finished tiles. `coarsest` is
-// the table of the coarsest level. Calls level_done(level) after each. Collective.
-Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const PointBins& bins, const BinGrid& grid,
+// All levels from the points to finished tiles. `coarsest` is the table of the coarsest level. Calls level_done(level)
+// after each. Collective.
+Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const OrderedPoints& points,
                     const std::vector<TrajectoryPoint>& trajectory, bool neighbours_by_lattice, const Threads& threads,
-                    Ranks& ranks, Progress& progress, const std::function<void(int)>& level_done);
+                    Ranks& ranks, Pager& pager, Progress& progress, const std::function<void(int)>& level_done);
 
 }  // namespace btms

@@ -14,20 +14,27 @@ ScatterFields scatter_fields(const PassContext& context, const TileTable& coarse
   return fields;
 }
 
+void add_below(const NodePoints& points, const PriorPlane& plane, GroundScatter& scatter) {
+  for (std::size_t k = 0; k < points.size; ++k)
+    scatter.add_below(static_cast<std::int64_t>(round_half_up(plane.at(points.x_mm[k], points.y_mm[k]))) -
+                      points.z_mm[k]);
+}
+
 }  // namespace
 
 ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
-                             const PointBins& bins, const BinGrid& grid, const std::vector<LevelSurface>& surfaces) {
+                             const OrderedPoints& points, const std::vector<LevelSurface>& surfaces) {
   ScatterFields fields = scatter_fields(context, coarsest);
-  for_each_node_with_points(context, "spread", bins, grid, [&](std::size_t i, NodeId n, const NodePoints& points) {
-    if (surfaces[i].is_outside(n)) return;
-    const PriorPlane plane = surfaces[i].plane_of(n);
-    GroundScatter here;
-    for (std::size_t k = 0; k < points.size; ++k)
-      here.add_below(static_cast<std::int64_t>(round_half_up(plane.at(points.x_mm[k], points.y_mm[k]))) -
-                     points.z_mm[k]);
-    *fields[i].cell(coarsest_cell(n.cell, refinements)) += here;
-  });
+  points.for_each_bin("spread", context.threads, context.progress,
+                      [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int) {
+                        GroundScatter here;
+                        for_each_square(bin, cells_of(id, refinements), [&](Cell c, const SquarePoints& square) {
+                          for (std::uint8_t t = 0; t < kTriangles; ++t)
+                            if (!surfaces[i].is_outside({c, t}))
+                              add_below(square[t], surfaces[i].plane_of({c, t}), here);
+                        });
+                        *fields[i].cell({id.bx, id.by}) = here;
+                      });
   exchange_halo(coarsest, fields, kScatterHalo, context.threads, context.ranks);
   return fields;
 }

@@ -7,6 +7,7 @@
 #include "engine/terrain/level_node.h"
 #include "engine/terrain/scatter.h"
 #include "engine/tiling/level_surface.h"
+#include "engine/tiling/ordered_points.h"
 #include "engine/tiling/passes.h"
 
 namespace btms {
@@ -22,7 +23,7 @@ constexpr Cell coarsest_cell(Cell c, int refinements) {
 
 // Points below the surface. Collective, halos filled.
 ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
-                             const PointBins& bins, const BinGrid& grid, const std::vector<LevelSurface>& surfaces);
+                             const OrderedPoints& points, const std::vector<LevelSurface>& surfaces);
 
 // Fitted nodes against the prior they had. Collective, halos filled.
 ScatterFields measure_misfit(const PassContext& context, const TileTable& coarsest, int refinements,

@@ -49,28 +49,31 @@ void PassContext::for_each_tile(const char* phase, const std::function<void(std:
   });
 }
 
-void model_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid, NodeFields& nodes) {
+void model_pass(const PassContext& context, PointBins&& bins, const BinGrid& grid, NodeFields& nodes) {
   const NodeModelRules rules(context.parameters);
   std::vector<NodeSort> scratch(static_cast<std::size_t>(context.threads.count()));
+  std::vector<PointBins::Scratch> points(scratch.size());
   std::vector<TileField<Node>> local(scratch.size());
   std::vector<Bytes> out(static_cast<std::size_t>(context.ranks.size()));
   std::mutex out_mutex;
 
   // Full bins first.
-  std::vector<const PointBins::Bin*> order;
-  for (const PointBins::Bin& bin : bins.bins()) order.push_back(&bin);
-  std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) { return a->size > b->size; });
+  std::vector<std::pair<std::uint64_t, std::size_t>> order;
+  for (std::size_t k = 0; k < bins.size(); ++k) order.emplace_back(bins.points_in(k), k);
+  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
 
   context.progress.begin("model", bins.counts().points, "points");
   context.threads.for_each(order.size(), [&](std::size_t i, int worker) {
     if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in model");
-    const PointBins::Bin& bin = *order[i];
-    if (bin.size > 0xffffffffu)
+    const auto [size, k] = order[i];
+    if (size > 0xffffffffu)
       throw Error(ErrorCode::kBadInput, "more than 4294967295 points in one block of " +
                                             std::to_string(grid.edge_mm() / 1000) + " m: thin the input");
     TileField<Node>& result = local[static_cast<std::size_t>(worker)];
-    result = TileField<Node>(grid.box_of(bin.id), 0);
-    model_bin(bin, grid, rules, scratch[static_cast<std::size_t>(worker)], result);
+    result = TileField<Node>(grid.box_of(bins.id(k)), 0);
+    bins.take(k, points[static_cast<std::size_t>(worker)], [&](const PointBins::Bin& bin) {
+      model_bin(bin, grid, rules, scratch[static_cast<std::size_t>(worker)], result);
+    });
     context.table.for_each_overlap(result.interior(), [&](std::size_t tile, const CellBox& part) {
       if (context.owns(tile)) {
         nodes[tile].copy_box(part, result);
@@ -79,7 +82,7 @@ void model_pass(const PassContext& context, const PointBins& bins, const BinGrid
       const std::lock_guard lock(out_mutex);
       pack_strip(tile, part, result, out[static_cast<std::size_t>(context.table.tiles()[tile].owner)]);
     });
-    context.progress.advance(bin.size);
+    context.progress.advance(size);
   });
   if (context.ranks.size() > 1) unpack_strips(context.ranks.exchange(std::move(out)), nodes);
 }

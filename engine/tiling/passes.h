@@ -21,6 +21,7 @@
 #include "engine/model/tile_store.h"
 #include "engine/terrain/node.h"
 #include "engine/terrain/parameters.h"
+#include "engine/tiling/ordered_points.h"
 #include "engine/tiling/point_bins.h"
 #include "engine/tiling/progress.h"
 #include "engine/tiling/tile_field.h"
@@ -36,6 +37,7 @@ struct PassContext {
   const TileTable& table;
   const Threads& threads;
   Ranks& ranks;
+  Pager& pager;
   Progress& progress;
   const std::vector<TrajectoryPoint>& trajectory;
 
@@ -49,7 +51,7 @@ inline constexpr std::int32_t kFitHalo = 1;   // a corner touches the squares ar
 std::int32_t complete_halo(const Parameters& p);
 
 // Points -> nodes, classes kEmpty, kNoPlane, kCandidate. Collective: a bin's nodes travel to the owners of its tiles.
-void model_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid, NodeFields& nodes);
+void model_pass(const PassContext& context, PointBins&& bins, const BinGrid& grid, NodeFields& nodes);
 
 struct ComponentCounts {
   std::uint64_t all = 0, kept = 0;
@@ -65,10 +67,8 @@ void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeF
 std::vector<TerrainTile> fit_pass(const PassContext& context, const NodeFields& nodes);
 
 // What the points say about the space over the finished surface: roughness, clearance and further surfaces
-// (terrain/above.h). Collective; every bin must lie inside one tile, as they do coarse to fine: the fixed method's
-// straddle borders, and its maps have none of these.
-void above_pass(const PassContext& context, const PointBins& bins, const BinGrid& grid,
-                std::vector<TerrainTile>& tiles);
+// (terrain/above.h). Collective; coarse to fine only: maps of the fixed method have none of these.
+void above_pass(const PassContext& context, const OrderedPoints& points, std::vector<TerrainTile>& tiles);
 
 inline constexpr std::int32_t kStepHalo = 1;  // neighbours share a corner
 // Step and cost on the finished surfaces, from their corners, roughness and clearance (0 and kNothingAbove where

@@ -4,6 +4,7 @@
 // its points fit the cache while they are sorted by node, and a point needs 8 bytes. Bins know nothing of tiles.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -11,6 +12,7 @@
 
 #include "engine/lattice/tiles.h"
 #include "engine/tiling/executor.h"
+#include "engine/tiling/pager.h"
 #include "engine/tiling/point_source.h"
 #include "engine/tiling/progress.h"
 
@@ -44,14 +46,15 @@ struct BinnedPoint {
 };
 static_assert(sizeof(BinnedPoint) == 8);
 
-// Points grouped by bin: every bin is a list of runs, in no particular order.
+// Points grouped by bin: every bin is a list of runs, in no particular order. Blocks of runs lie in memory as far as the
+// budget goes, and in the spill beyond it.
 class PointBins {
  public:
   struct Run {
-    BinId bin;
     const BinnedPoint* points;
     std::uint32_t size;
   };
+  // The points of a bin, in memory.
   struct Bin {
     BinId id;
     std::uint64_t size;
@@ -60,32 +63,69 @@ class PointBins {
   struct Counts {
     std::uint64_t points = 0, not_finite = 0, out_of_range = 0;
   };
+  struct Scratch {
+    std::vector<Run> runs;
+    std::vector<BinnedPoint> spilled;
+  };
 
-  // Reads this rank's share of the sources (every size()-th block).
+  PointBins() = default;
+  PointBins(PointBins&& o) noexcept;
+  PointBins& operator=(PointBins&&) = delete;
+  ~PointBins();
+  // Reads this rank's share of the sources (every size()-th block). `pager` outlives the bins.
   static PointBins read(std::span<const PointSource* const> sources, const BinGrid& grid, const Threads& threads,
-                        const Ranks& ranks, Progress& progress);
+                        const Ranks& ranks, Pager& pager, Progress& progress);
   // Sends every bin to the rank owner(bin) names. Collective.
   template <class Owner>
   void redistribute(Ranks& ranks, const Owner& owner) {
     if (ranks.size() == 1) return;
     std::vector<Bytes> out(static_cast<std::size_t>(ranks.size()));
-    for (const Run& run : runs_) append(out[static_cast<std::size_t>(owner(run.bin))], run);
+    Scratch scratch;
+    for (std::size_t k = 0; k < size(); ++k)
+      take(k, scratch, [&](const Bin& bin) { append(out[static_cast<std::size_t>(owner(bin.id))], bin); });
     receive(ranks.exchange(std::move(out)));
   }
 
-  // Ascending by id.
-  const std::vector<Bin>& bins() const { return bins_; }
+  // Bins with points, ascending by id.
+  std::size_t size() const { return first_piece_.size(); }
+  BinId id(std::size_t k) const { return pieces_[first_piece_[k]].bin; }
+  std::uint64_t points_in(std::size_t k) const;
   const Counts& counts() const { return counts_; }
 
- private:
-  static void append(Bytes& out, const Run& run);
-  void receive(std::vector<Bytes> in);
-  void group();
+  // Calls fn(bin) with the points of bin k, which are gone afterwards: a block whose points have all been taken is
+  // freed. Thread-safe for different bins and scratches.
+  template <class Fn>
+  void take(std::size_t k, Scratch& scratch, const Fn& fn) {
+    fn(load(k, scratch));
+    let_go(k);
+  }
 
-  std::vector<std::unique_ptr<BinnedPoint[]>> blocks_;
-  std::vector<Bytes> received_;
-  std::vector<Run> runs_;  // ascending by bin
-  std::vector<Bin> bins_;
+ private:
+  struct Block {
+    std::unique_ptr<BinnedPoint[]> points;  // nullptr: spilled
+    std::uint64_t bytes = 0;                // claimed from the budget, or spilled
+    Spill::Extent where;
+    std::atomic<std::uint32_t> left = 0;  // points not taken yet
+  };
+  // A run inside a block.
+  struct Piece {
+    BinId bin;
+    std::uint32_t block, first, size;
+  };
+
+  void keep(std::unique_ptr<BinnedPoint[]> points, std::size_t n, Block& block);
+  Bin load(std::size_t k, Scratch& scratch) const;
+  void let_go(std::size_t k);
+  void discard(Block& block);
+  static void append(Bytes& out, const Bin& bin);
+  void receive(const std::vector<Bytes>& in);
+  void group();
+  std::span<const Piece> pieces(std::size_t k) const;
+
+  Pager* pager_ = nullptr;
+  std::vector<std::unique_ptr<Block>> blocks_;
+  std::vector<Piece> pieces_;              // ascending by bin
+  std::vector<std::size_t> first_piece_;  // of every bin
   Counts counts_;
 };
 

@@ -1,0 +1,122 @@
+// A list of values of which only those in use need be in memory.
+#pragma once
+
+#include <memory>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "engine/tiling/pager.h"
+
+namespace btms {
+
+// T holds its bulk in vectors of trivially copyable elements, shown by T::for_each_buffer(fn); the rest of it is small
+// and stays in memory. Thread-safe as far as T is: whoever edits an element is the only one to touch that part of it.
+template <class T>
+class Paged {
+  struct Slot final : Pager::Item {
+    T value;
+
+    std::uint64_t bytes() override {
+      std::uint64_t sum = 0;
+      value.for_each_buffer([&](const auto& buffer) { sum += raw_size(buffer); });
+      return sum;
+    }
+    void park(Spill& spill, bool changed) override {
+      changed |= sizes.empty();
+      if (changed) {
+        const std::uint64_t needed = bytes();
+        if (extent.size < needed) {
+          spill.discard(extent);
+          extent = spill.reserve(needed);
+        }
+        sizes.clear();
+      }
+      std::uint64_t at = extent.offset;
+      value.for_each_buffer([&](auto& buffer) {
+        using Buffer = std::remove_reference_t<decltype(buffer)>;
+        if (changed) {
+          spill.write(at, {reinterpret_cast<const std::uint8_t*>(buffer.data()), raw_size(buffer)});
+          sizes.push_back(buffer.size());
+        }
+        at += raw_size(buffer);
+        Buffer().swap(buffer);
+      });
+    }
+    void restore(const Spill& spill) override {
+      std::uint64_t at = extent.offset;
+      std::size_t k = 0;
+      value.for_each_buffer([&](auto& buffer) {
+        buffer.resize(sizes[k++]);
+        spill.read(at, {reinterpret_cast<std::uint8_t*>(buffer.data()), raw_size(buffer)});
+        at += raw_size(buffer);
+      });
+    }
+    template <class E>
+    static std::size_t raw_size(const std::vector<E>& buffer) {
+      static_assert(std::is_trivially_copyable_v<E>);
+      return buffer.size() * sizeof(E);
+    }
+
+    Spill::Extent extent;
+    std::vector<std::size_t> sizes;  // of the buffers as the disk has them; empty: it hasn't
+  };
+
+ public:
+  // An element while it is in use, like a pointer to it.
+  template <class Value>
+  class Lease {
+   public:
+    Lease(Pager& pager, Slot& slot) : pager_(&pager), slot_(&slot) { pager.pin(slot); }
+    ~Lease() {
+      if (slot_) pager_->unpin(*slot_, !std::is_const_v<Value>);
+    }
+    Lease(Lease&& o) noexcept : pager_(o.pager_), slot_(std::exchange(o.slot_, nullptr)) {}
+    Lease& operator=(Lease&&) = delete;
+
+    Value& operator*() const { return slot_->value; }
+    Value* operator->() const { return &slot_->value; }
+
+   private:
+    Pager* pager_;
+    Slot* slot_;
+  };
+
+  Paged() = default;
+  Paged(Pager& pager, std::size_t n) : pager_(&pager), slots_(n) {
+    for (auto& slot : slots_) slot = std::make_unique<Slot>();
+  }
+  Paged(Paged&& o) noexcept : pager_(o.pager_), slots_(std::move(o.slots_)) { o.slots_.clear(); }
+  Paged& operator=(Paged&& o) noexcept {
+    clear();
+    pager_ = o.pager_;
+    slots_ = std::move(o.slots_);
+    o.slots_.clear();
+    return *this;
+  }
+  ~Paged() { clear(); }
+
+  std::size_t size() const { return slots_.size(); }
+  Lease<const T> view(std::size_t i) const { return {*pager_, *slots_[i]}; }
+  Lease<T> edit(std::size_t i) { return {*pager_, *slots_[i]}; }
+  // The element is gone; an empty one takes its place. Precondition: not in use.
+  void drop(std::size_t i) {
+    discard(*slots_[i]);
+    slots_[i] = std::make_unique<Slot>();
+  }
+
+ private:
+  void discard(Slot& slot) {
+    pager_->forget(slot);
+    pager_->spill().discard(slot.extent);
+  }
+  void clear() {
+    for (auto& slot : slots_) discard(*slot);
+    slots_.clear();
+  }
+
+  Pager* pager_ = nullptr;
+  std::vector<std::unique_ptr<Slot>> slots_;
+};
+
+}  // namespace btms

@@ -1,0 +1,102 @@
+#include "engine/tiling/pager.h"
+
+#include <algorithm>
+
+namespace btms {
+
+void Pager::pin(Item& item) {
+  std::unique_lock lock(mutex_);
+  if (failure_) std::rethrow_exception(failure_);
+  moved_.wait(lock, [&] { return !item.moving_; });
+  ++item.pins_;
+  if (item.idle_) {
+    idle_items_.erase(item.place_);
+    item.idle_ = false;
+  }
+  if (!item.parked_) return;
+  item.moving_ = true;
+  lock.unlock();
+  try {
+    item.restore(spill_);
+  } catch (...) {
+    lock.lock();
+    item.moving_ = false;
+    --item.pins_;
+    moved_.notify_all();
+    throw;
+  }
+  lock.lock();
+  item.moving_ = item.parked_ = false;
+  count(item);
+  moved_.notify_all();
+  make_room(lock);
+}
+
+void Pager::unpin(Item& item, bool changed) noexcept {
+  std::unique_lock lock(mutex_);
+  item.changed_ |= changed;
+  if (--item.pins_ > 0) return;
+  count(item);
+  item.place_ = idle_items_.insert(idle_items_.end(), &item);
+  item.idle_ = true;
+  make_room(lock);
+}
+
+void Pager::forget(Item& item) {
+  std::unique_lock lock(mutex_);
+  moved_.wait(lock, [&] { return !item.moving_; });
+  if (item.idle_) idle_items_.erase(item.place_);
+  item.idle_ = false;
+  held_ -= item.counted_;
+  item.counted_ = 0;
+}
+
+bool Pager::claim(std::uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  if (budget_ != kUnlimited_bytes && held_ + bytes > budget_) return false;
+  held_ += bytes;
+  peak_ = std::max(peak_, held_);
+  return true;
+}
+
+void Pager::release(std::uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  held_ -= bytes;
+}
+
+void Pager::count(Item& item) {
+  held_ -= item.counted_;
+  item.counted_ = item.bytes();
+  held_ += item.counted_;
+  peak_ = std::max(peak_, held_);
+}
+
+void Pager::make_room(std::unique_lock<std::mutex>& lock) noexcept {
+  while (held_ > budget_ && !idle_items_.empty() && !failure_) {
+    Item& item = *idle_items_.front();
+    idle_items_.pop_front();
+    item.idle_ = false;
+    item.moving_ = true;
+    const bool changed = item.changed_;
+    lock.unlock();
+    try {
+      item.park(spill_, changed);
+    } catch (...) {
+      lock.lock();
+      item.moving_ = false;
+      item.place_ = idle_items_.insert(idle_items_.end(), &item);
+      item.idle_ = true;
+      moved_.notify_all();
+      failure_ = std::current_exception();
+      return;
+    }
+    lock.lock();
+    item.moving_ = item.changed_ = false;
+    item.parked_ = true;
+    held_ -= item.counted_;
+    item.counted_ = 0;
+    moved_.notify_all();
+  }
+}
+
+}  // namespace btms

@@ -1,0 +1,71 @@
+// The memory budget: keeps what was used last in memory, and parks the rest on disk.
+//
+// Passes hold what they work on pinned (a tile and its strips, a bin); everything else may be parked at any time.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <list>
+#include <mutex>
+#include <utility>
+
+#include "engine/tiling/spill.h"
+
+namespace btms {
+
+inline constexpr std::uint64_t kUnlimited_bytes = UINT64_MAX;
+
+// Thread-safe. The budget is soft: what is pinned at a time stays in memory whatever its size.
+class Pager {
+ public:
+  // Something that can be parked. Its owner outlives no pager.
+  class Item {
+   public:
+    virtual ~Item() = default;
+
+   private:
+    friend class Pager;
+    virtual std::uint64_t bytes() = 0;               // held in memory now
+    virtual void park(Spill& spill, bool changed) = 0;     // writes it unless the disk has it already, frees the memory
+    virtual void restore(const Spill& spill) = 0;
+
+    std::uint64_t counted_ = 0;
+    int pins_ = 0;
+    bool parked_ = false, moving_ = false, changed_ = false, idle_ = false;
+    std::list<Item*>::iterator place_;  // where idle_: in idle_items_
+  };
+
+  Pager(std::uint64_t budget_bytes, std::filesystem::path spill_folder)
+      : budget_(budget_bytes), spill_(std::move(spill_folder)) {}
+
+  // Between pin and unpin the item is in memory and stays there. pin throws what the disk said, also when something
+  // else could not be parked before: nothing is lost by that, but the budget can't be kept.
+  void pin(Item& item);
+  void unpin(Item& item, bool changed) noexcept;
+  // The item is about to go. Precondition: not pinned.
+  void forget(Item& item);
+
+  // Memory that is counted but can't be parked. False (and nothing is counted) where it would break the budget.
+  bool claim(std::uint64_t bytes);
+  void release(std::uint64_t bytes);
+
+  Spill& spill() { return spill_; }
+  std::uint64_t budget_bytes() const { return budget_; }
+  std::uint64_t peak_bytes() const { return peak_; }
+
+ private:
+  void count(Item& item);
+  void make_room(std::unique_lock<std::mutex>& lock) noexcept;
+
+  const std::uint64_t budget_;
+  Spill spill_;
+  std::mutex mutex_;  // guards what follows and the private members of items; never held while the disk works
+  std::condition_variable moved_;
+  std::list<Item*> idle_items_;  // in memory and not pinned, the longest unused first
+  std::uint64_t held_ = 0, peak_ = 0;
+  std::exception_ptr failure_;  // of parking
+};
+
+}  // namespace btms
