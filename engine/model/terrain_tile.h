@@ -78,6 +78,10 @@ struct TerrainTile {
         centre_mm(static_cast<std::size_t>(b.cells()), kUnknownHeight_mm),
         nodes(static_cast<std::size_t>(b.cells() * kTriangles)) {}
 
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(corner_mm), fn(centre_mm), fn(nodes), fn(upper);
+  }
   std::size_t cell_index(Cell c) const {
     return static_cast<std::size_t>((std::int64_t{c.row} - box.row0) * box.cols() + (c.col - box.col0));
   }

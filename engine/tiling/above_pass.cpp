@@ -18,8 +18,8 @@
 namespace btms {
 namespace {
 
-// Edges to the terrain of a surface that can be reached: about those of an end 3 m wide, 12 on nodes of 2 m. A roof that
-// meets a bank at a corner has fewer, the decks of the scenes and of real maps have 27 and more.
+// Edges to the terrain of a surface that can be reached: about those of an end 3 m wide, 12 on nodes of 2 m. A roof
+// that meets a bank at a corner has fewer, the decks of the scenes and of real maps have 27 and more.
 std::uint64_t least_joints(std::int32_t r_mm) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(3, 24'000 / r_mm));
 }
@@ -61,7 +61,7 @@ FinalPlane surface_of(const TerrainTile& tile, NodeId n) { return FinalPlane::th
 
 // Layers of every node with points and a surface; the sheets of each tile.
 std::vector<std::vector<Sheet>> look_above(const PassContext& context, const OrderedPoints& points,
-                                           const LevelRules& rules, std::vector<TerrainTile>& tiles) {
+                                           const LevelRules& rules, FinishedTiles& tiles) {
   struct Scratch {
     std::vector<std::int32_t> heights;
     SheetScratch sheets;
@@ -76,6 +76,7 @@ std::vector<std::vector<Sheet>> look_above(const PassContext& context, const Ord
       [&](std::size_t i, BinId bin_id, const OrderedPoints::Bin& bin, int worker) {
         Scratch& s = scratch[static_cast<std::size_t>(worker)];
         s.of_bin.clear();
+        const InUse in_memory({writes(tiles)}, i);
         TerrainTile& tile = tiles[i];
         for_each_square(bin, cells_of(bin_id, points.order().refinements()), [&](Cell c, const SquarePoints& square) {
           for (std::uint8_t t = 0; t < kTriangles; ++t) {
@@ -164,26 +165,27 @@ std::vector<SheetSums> sums_of(const SparseField<Sheet>& field, const TerrainTil
 
 }  // namespace
 
-void above_pass(const PassContext& context, const OrderedPoints& points, std::vector<TerrainTile>& tiles) {
+void above_pass(const PassContext& context, const OrderedPoints& points, FinishedTiles& tiles) {
   const TileTable& table = context.table;
   const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false,
                          false);  // a deck is not smooth ground: the wider scale
   std::vector<std::vector<Sheet>> found = look_above(context, points, rules, tiles);
 
-  SparseFields<Sheet> sheets(tiles.size());
-  context.for_each_tile("sheets", [&](std::size_t i, int) {
+  SparseFields<Sheet> sheets(context.pager, tiles.size());
+  context.for_each_tile("sheets", {writes(sheets)}, [&](std::size_t i, int) {
     sheets[i] = SparseField<Sheet>(table.tiles()[i].box, kLinkHalo);
     sheets[i].assign(std::move(found[i]));
   });
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);
   std::vector<TileLinks> linked(tiles.size());
-  context.for_each_tile("link sheets", [&](std::size_t i, int) { link_tile(sheets[i], rules, linked[i]); });
+  context.for_each_tile("link sheets", {writes(sheets)},
+                        [&](std::size_t i, int) { link_tile(sheets[i], rules, linked[i]); });
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);  // the components this time
 
   std::vector<std::vector<SheetComponent>> components(tiles.size());
   std::vector<std::vector<SheetLink>> links(tiles.size());
   std::vector<std::vector<SheetSums>> sums(tiles.size());
-  context.for_each_tile("join sheets", [&](std::size_t i, int) {
+  context.for_each_tile("join sheets", {reads(sheets), reads(tiles)}, [&](std::size_t i, int) {
     const std::span<const Sheet> here = std::as_const(sheets[i]).values();
     components[i] = std::move(linked[i].components);
     for (const auto& [a, b] : linked[i].links) links[i].push_back({here[a].component, here[b].component});
@@ -198,7 +200,7 @@ void above_pass(const PassContext& context, const OrderedPoints& points, std::ve
     to.joints += s.joints;
   }
 
-  context.for_each_tile("upper", [&](std::size_t i, int) {
+  context.for_each_tile("upper", {reads(sheets), writes(tiles)}, [&](std::size_t i, int) {
     TerrainTile& tile = tiles[i];
     for (const Sheet& s : std::as_const(sheets[i]).values()) {
       const NodeId id = node_of_key(s.node);

@@ -35,7 +35,7 @@ std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
 }
 
 // The tiles leave the engine; what all ranks have made.
-void commit(const PassContext& context, std::vector<TerrainTile>&& finished, TileSink& sink, BuildSummary& summary) {
+void commit(const PassContext& context, FinishedTiles&& finished, TileSink& sink, BuildSummary& summary) {
   const CommitSummary done = commit_pass(context, std::move(finished), sink);
   const auto sums = context.ranks.sum<std::uint64_t>(
       {done.tiles, done.nodes(), done.observed, done.predicted, done.obstacle, done.filled, done.unknown});
@@ -112,9 +112,9 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   }
 
   const PassContext context{p, table, threads, ranks, pager, progress, options.trajectory};
-  NodeFields nodes(table.tiles().size());
-  threads.for_each(nodes.size(), [&](std::size_t i, int) {
-    if (context.owns(i)) nodes[i] = TileField<Node>(table.tiles()[i].box, std::max({kLinkHalo, reach, kFitHalo}));
+  NodeFields nodes(pager, table.tiles().size());
+  context.for_each_tile("model", {writes(nodes)}, [&](std::size_t i, int) {
+    nodes[i] = TileField<Node>(table.tiles()[i].box, std::max({kLinkHalo, reach, kFitHalo}));
   });
   model_pass(context, std::move(bins), grid, nodes);
   watch.lap("model", summary.phases);
@@ -130,8 +130,8 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   watch.lap("complete", summary.phases);
 
   exchange_halo(table, nodes, kFitHalo, threads, ranks);
-  std::vector<TerrainTile> finished = fit_pass(context, nodes);
-  nodes.clear();
+  FinishedTiles finished = fit_pass(context, nodes);
+  nodes = {};
   watch.lap("fit", summary.phases);
   if (options.layers) layer_pass(context, finished);
   watch.lap("layers", summary.phases);

@@ -23,10 +23,10 @@ CommitSummary& CommitSummary::operator+=(const CommitSummary& o) {
   return *this;
 }
 
-CommitSummary commit_pass(const PassContext& context, std::vector<TerrainTile>&& finished, TileSink& sink) {
+CommitSummary commit_pass(const PassContext& context, FinishedTiles&& finished, TileSink& sink) {
   const auto& tiles = context.table.tiles();
   std::vector<CommitSummary> sums(static_cast<std::size_t>(context.threads.count()));
-  context.for_each_tile("commit", [&](std::size_t i, int worker) {
+  context.for_each_tile("commit", {writes(finished)}, [&](std::size_t i, int worker) {
     TerrainTile tile = std::move(finished[i]);
     CommitSummary here;
     count_nodes(tile, here);

@@ -55,7 +55,7 @@ std::int32_t complete_halo(const Parameters& p) { return CompletionRules(p).halo
 void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeFields& nodes) {
   const CompletionRules rules(context.parameters);
   std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
-  context.for_each_tile("complete", [&](std::size_t i, int worker) {
+  context.for_each_tile("complete", {writes(nodes)}, [&](std::size_t i, int worker) {
     complete_tile(nodes[i], rules, context.parameters.kernel_radius, neighbours_by_lattice,
                   scratch[static_cast<std::size_t>(worker)]);
   });

@@ -109,10 +109,11 @@ TerrainTile fit_tile(const TileField<Node>& nodes, const FitRules& rules) {
 
 }  // namespace
 
-std::vector<TerrainTile> fit_pass(const PassContext& context, const NodeFields& nodes) {
+FinishedTiles fit_pass(const PassContext& context, const NodeFields& nodes) {
   const FitRules rules(context.parameters);
-  std::vector<TerrainTile> tiles(nodes.size());
-  context.for_each_tile("fit", [&](std::size_t i, int) { tiles[i] = fit_tile(nodes[i], rules); });
+  FinishedTiles tiles(context.pager, nodes.size());
+  context.for_each_tile("fit", {reads(nodes), writes(tiles)},
+                        [&](std::size_t i, int) { tiles[i] = fit_tile(nodes[i], rules); });
   return tiles;
 }
 

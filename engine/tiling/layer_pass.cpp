@@ -76,10 +76,10 @@ void spread_costs(const TileField<OwnCost>& costs, const Vehicle& vehicle, Terra
 
 }  // namespace
 
-void layer_pass(const PassContext& context, std::vector<TerrainTile>& finished) {
+void layer_pass(const PassContext& context, FinishedTiles& finished) {
   const auto& tiles = context.table.tiles();
-  TileFields<NodeCorners> corners(tiles.size());
-  context.for_each_tile("layers", [&](std::size_t i, int) {
+  TileFields<NodeCorners> corners(context.pager, tiles.size());
+  context.for_each_tile("layers", {reads(finished), writes(corners)}, [&](std::size_t i, int) {
     corners[i] = TileField<NodeCorners>(tiles[i].box, kStepHalo);
     copy_corners(finished[i], corners[i]);
   });
@@ -87,15 +87,16 @@ void layer_pass(const PassContext& context, std::vector<TerrainTile>& finished) 
 
   const Vehicle vehicle(context.parameters);
   const std::int32_t cost_halo = vehicle.rings();
-  TileFields<OwnCost> costs(tiles.size());
-  context.for_each_tile("layers", [&](std::size_t i, int) {
+  TileFields<OwnCost> costs(context.pager, tiles.size());
+  context.for_each_tile("layers", {writes(finished), writes(corners), writes(costs)}, [&](std::size_t i, int) {
     find_steps(corners[i], finished[i]);
     corners[i] = {};
     costs[i] = TileField<OwnCost>(tiles[i].box, cost_halo);
     find_own_costs(finished[i], vehicle, costs[i]);
   });
   exchange_halo(context.table, costs, cost_halo, context.threads, context.ranks);
-  context.for_each_tile("layers", [&](std::size_t i, int) { spread_costs(costs[i], vehicle, finished[i]); });
+  context.for_each_tile("layers", {writes(finished), reads(costs)},
+                        [&](std::size_t i, int) { spread_costs(costs[i], vehicle, finished[i]); });
 }
 
 }  // namespace btms

@@ -15,7 +15,6 @@ namespace btms {
 namespace {
 
 using LevelFields = TileFields<LevelNode>;
-using Surfaces = std::vector<LevelSurface>;
 
 // Where a round takes its prior from.
 struct PriorSource {
@@ -33,6 +32,8 @@ struct PriorSource {
     const SpanGround& ground = (*spans)[tile][square];
     return {static_cast<double>(ground.z_mm), 0, 0, static_cast<double>(ground.sd_mm)};
   }
+  // What a pass needs to ask for priors.
+  Use use() const { return surfaces ? reads(*surfaces) : Use{}; }
   bool outside(std::size_t tile, NodeId n) const {
     return surfaces && (*surfaces)[tile].is_outside(coarser ? parent(n) : n);
   }
@@ -47,7 +48,7 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
                const PriorSource& prior, LevelFields& nodes) {
   const auto& tiles = context.table.tiles();
   // Everything without points first: it takes the prior.
-  context.for_each_tile("prior", [&](std::size_t i, int) {
+  context.for_each_tile("prior", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
     for_each_node(tiles[i].box, [&](NodeId n) {
       nodes[i].cell(n.cell)[n.triangle] =
           prior.outside(i, n) ? LevelNode{} : unfitted_node(n.triangle, prior.of(i, n), rules);
@@ -71,6 +72,7 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
     points.for_each_bin("fit", context.threads, context.progress,
                         [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int worker) {
                           GatedPoints& gated = scratch[static_cast<std::size_t>(worker)].gated;
+                          const InUse tile({prior.use(), writes(nodes)}, i);
                           for_each_square(bin, cells_of(id, level),
                                           [&](Cell c, const SquarePoints& here) { fit(i, c, here, gated); });
                         });
@@ -79,6 +81,7 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
   points.for_each_lowest("fit", context.threads, context.progress,
                          [&](std::size_t i, BinId id, const OrderedPoints::Lowest& bin, int worker) {
                            Scratch& s = scratch[static_cast<std::size_t>(worker)];
+                           const InUse tile({prior.use(), writes(nodes)}, i);
                            for_each_square(bin, points.order(), level, rules.r_mm(), cells_of(id, level), s.lowest,
                                            [&](Cell c, const SquarePoints& here) { fit(i, c, here, s.gated); });
                          });
@@ -88,7 +91,7 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
 void bound_domain(const PassContext& context, LevelFields& nodes) {
   const auto& tiles = context.table.tiles();
   exchange_halo(context.table, nodes, kDomainRings, context.threads, context.ranks);
-  context.for_each_tile("domain", [&](std::size_t i, int) {
+  context.for_each_tile("domain", {writes(nodes)}, [&](std::size_t i, int) {
     SquareMask occupied(nodes[i].held());
     const CellBox seen = tiles[i].box.grown(kDomainRings);
     for (std::int32_t row = seen.row0; row < seen.row1; ++row)
@@ -122,50 +125,53 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
     return n.level_class != LevelClass::kOutside && n.level_class != LevelClass::kSpan && !n.has_plane() &&
            (n.count > 0 || rules.completes_empty());
   };
-  context.for_each_tile("complete", [&](std::size_t i, int worker) {
-    CompleteScratch& s = scratch[static_cast<std::size_t>(worker)];
-    const TileField<LevelNode>& from = nodes[i];
-    TileField<LevelNode>& to = completed[i];
-    const CellBox& held = from.held();
-    const std::int32_t r = rules.r_mm();
-    const auto centre_x = [&](std::int32_t col) { return (col - held.col0) * r + r / 2; };
-    const auto centre_y = [&](std::int32_t row) { return (row - held.row0) * r + r / 2; };
-    // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
-    for_each_node(tiles[i].box, [&](NodeId n) {
-      LevelNode& node = to.cell(n.cell)[n.triangle];
-      node = from.cell(n.cell)[n.triangle];
-      if (node.level_class == LevelClass::kOutside || node.has_plane()) return;
-      if (rules.first())
-        node.level_class = LevelClass::kOutside;
-      else if (node.level_class == LevelClass::kSpan)
-        take_prior(node, n.triangle, prior.under(i, square_of(tiles[i].box, n.cell)), rules);
-      else
-        take_prior(node, n.triangle, prior.of(i, n), rules);
-    });
-    const std::int32_t rings = rules.completion_halo();
-    NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
-                   [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
-    walk.walk(
-        s.squares,
-        [&](const std::vector<Cell>& squares) {
-          s.near.clear();
-          for (const Cell& c : squares) {
-            const LevelNode* cell = from.cell(c);
-            for (int t = 0; t < kTriangles; ++t)
-              if (cell[t].has_plane())
-                s.near.add(cell[t], centre_x(c.col) + cell[t].mean_x_mm, centre_y(c.row) + cell[t].mean_y_mm);
-          }
-        },
-        [&](Cell c) {
-          for (std::uint8_t t = 0; t < kTriangles; ++t) {
-            const LevelNode& node = from.cell(c)[t];
-            if (!wants(node)) continue;
-            LevelNode& out = to.cell(c)[t];
-            out = node;
-            complete_level_node(out, t, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, {c, t}), rules, s.terms);
-          }
+  context.for_each_tile(
+      "complete", {prior.use(), prior.spans ? reads(*prior.spans) : Use{}, reads(nodes), writes(completed)},
+      [&](std::size_t i, int worker) {
+        CompleteScratch& s = scratch[static_cast<std::size_t>(worker)];
+        const TileField<LevelNode>& from = nodes[i];
+        TileField<LevelNode>& to = completed[i];
+        const CellBox& held = from.held();
+        const std::int32_t r = rules.r_mm();
+        const auto centre_x = [&](std::int32_t col) { return (col - held.col0) * r + r / 2; };
+        const auto centre_y = [&](std::int32_t row) { return (row - held.row0) * r + r / 2; };
+        // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
+        for_each_node(tiles[i].box, [&](NodeId n) {
+          LevelNode& node = to.cell(n.cell)[n.triangle];
+          node = from.cell(n.cell)[n.triangle];
+          if (node.level_class == LevelClass::kOutside || node.has_plane()) return;
+          if (rules.first())
+            node.level_class = LevelClass::kOutside;
+          else if (node.level_class == LevelClass::kSpan)
+            take_prior(node, n.triangle, prior.under(i, square_of(tiles[i].box, n.cell)), rules);
+          else
+            take_prior(node, n.triangle, prior.of(i, n), rules);
         });
-  });
+        const std::int32_t rings = rules.completion_halo();
+        NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
+                       [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
+        walk.walk(
+            s.squares,
+            [&](const std::vector<Cell>& squares) {
+              s.near.clear();
+              for (const Cell& c : squares) {
+                const LevelNode* cell = from.cell(c);
+                for (int t = 0; t < kTriangles; ++t)
+                  if (cell[t].has_plane())
+                    s.near.add(cell[t], centre_x(c.col) + cell[t].mean_x_mm, centre_y(c.row) + cell[t].mean_y_mm);
+              }
+            },
+            [&](Cell c) {
+              for (std::uint8_t t = 0; t < kTriangles; ++t) {
+                const LevelNode& node = from.cell(c)[t];
+                if (!wants(node)) continue;
+                LevelNode& out = to.cell(c)[t];
+                out = node;
+                complete_level_node(out, t, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, {c, t}), rules,
+                                    s.terms);
+              }
+            });
+      });
 }
 
 // One corner: weighted mean of the planes around it, and of their uncertainties (step 8).
@@ -249,21 +255,20 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
     const std::int32_t halo = std::max(rules.completion_halo(), kDomainRings);
 
     const auto& tiles = table.tiles();
-    LevelFields nodes(tiles.size()), completed(tiles.size());
-    threads.for_each(tiles.size(), [&](std::size_t i, int) {
-      if (!context.owns(i)) return;
+    LevelFields nodes(pager, tiles.size()), completed(pager, tiles.size());
+    context.for_each_tile("prior", {writes(nodes), writes(completed)}, [&](std::size_t i, int) {
       nodes[i] = TileField<LevelNode>(tiles[i].box, halo);
       completed[i] = TileField<LevelNode>(tiles[i].box, kFitHalo);
     });
     // Ridges and cliffs climb back in rounds: fit, judge anew with the new surface, fit again.
     const int rounds = first || last ? 1 : 3;
-    Surfaces own(tiles.size());
+    Surfaces own(pager, tiles.size());
     for (int round = 0; round < rounds; ++round) {
       PriorSource prior =
           round == 0 ? (first ? PriorSource{} : PriorSource{&surfaces, true}) : PriorSource{&own, false};
       if (round != 1) fit_level(context, points, level, rules, prior, nodes);
       if (first) bound_domain(context, nodes);
-      context.for_each_tile("class", [&](std::size_t i, int) {
+      context.for_each_tile("class", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
         for_each_node(tiles[i].box, [&](NodeId n) {
           LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
           if (node.level_class >= LevelClass::kNear) classify(node, prior.of(i, n), rules);
@@ -280,8 +285,8 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
       exchange_halo(table, nodes, rules.completion_halo(), threads, ranks);
       complete_level(context, rules, prior, by_lattice, nodes, completed);
       exchange_halo(table, completed, kFitHalo, threads, ranks);
-      Surfaces next(tiles.size());
-      context.for_each_tile("corners",
+      Surfaces next(pager, tiles.size());
+      context.for_each_tile("corners", {reads(completed), writes(next)},
                             [&](std::size_t i, int) { next[i] = fit_surface(completed[i], tiles[i].box, rules); });
       own = std::move(next);
     }

@@ -224,10 +224,10 @@ class Verdicts {
 
 ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes) {
   const auto& tiles = context.table.tiles();
-  TileFields<NodeKey> ids(tiles.size());
+  TileFields<NodeKey> ids(context.pager, tiles.size());
   std::vector<TileLinks> tile_links(tiles.size());
   const PassagesByTile passed(context.trajectory, context.table);
-  context.for_each_tile("link", [&](std::size_t i, int) {
+  context.for_each_tile("link", {reads(nodes), writes(ids)}, [&](std::size_t i, int) {
     ids[i] = TileField<NodeKey>(nodes[i].interior(), nodes[i].halo());  // the same offsets
     link_tile(nodes[i], rules, passed.of(i), ids[i], tile_links[i]);
   });
@@ -235,7 +235,7 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
 
   std::vector<std::vector<RimEdge>> tile_edges(tiles.size());
   std::vector<std::vector<Link>> tile_pairs(tiles.size());
-  context.for_each_tile("rim", [&](std::size_t i, int) {
+  context.for_each_tile("rim", {reads(nodes), reads(ids)}, [&](std::size_t i, int) {
     const std::span<const NodeKey> id = std::as_const(ids[i]).values();
     for (const auto& [a, b] : tile_links[i].links) tile_pairs[i].push_back({id[a], id[b]});
     sort_unique(tile_pairs[i]);
@@ -246,7 +246,7 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
   for (std::size_t i = 0; i < tiles.size(); ++i) components[i] = std::move(tile_links[i].components);
   const Verdicts verdicts(gather_all(context.ranks, components), gather_all(context.ranks, tile_pairs),
                           gather_all(context.ranks, tile_edges), rules);
-  context.for_each_tile("verdict", [&](std::size_t i, int) {
+  context.for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
     const CellBox& box = tiles[i].box;
     for (std::int32_t row = box.row0; row < box.row1; ++row)
       for (std::int32_t col = box.col0; col < box.col1; ++col) {

@@ -15,29 +15,29 @@ namespace btms {
 ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes);
 
 // What lies under bridge decks, per tile and square of its box; empty where another rank's.
-using SpanGrounds = std::vector<std::vector<SpanGround>>;
+using SpanGrounds = Paged<std::vector<SpanGround>>;
 // Finds bridge decks among the accepted nodes and makes them kSpan, with everything under and over them. Collective;
 // needs no halo of `nodes`, leaves halos stale.
 SpanGrounds span_pass(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes);
 
 struct Levels {
-  TileTable table;                 // of the finest level
-  std::vector<TerrainTile> tiles;  // one per tile of the table, empty where another rank's
-  ComponentCounts components;      // of the finest level's last round
+  TileTable table;             // of the finest level
+  FinishedTiles tiles;         // one per tile of the table, empty where another rank's
+  ComponentCounts components;  // of the finest level's last round
 };
 
 // What the last round leaves: fitted nodes, the same completed, and the surface over each tile.
 struct LastRound {
   const TileFields<LevelNode>& nodes;
   const TileFields<LevelNode>& completed;
-  const std::vector<LevelSurface>& surfaces;
+  const Surfaces& surfaces;
   const std::vector<ScatterFields>& misfits;  // of the levels after the first against the one before
 };
 
 // Finished tiles: the surface, what the nodes know, and how far above it points are terrain. `context` is of the
 // finest level. Collective.
-std::vector<TerrainTile> finish_levels(const PassContext& context, const TileTable& coarsest,
-                                       const OrderedPoints& points, const LevelRules& rules, const LastRound& last);
+FinishedTiles finish_levels(const PassContext& context, const TileTable& coarsest, const OrderedPoints& points,
+                            const LevelRules& rules, const LastRound& last);
 
 // The map ends this many cells of the coarsest level beyond the last point.
 inline constexpr std::int32_t kDomainRings = 1;

@@ -8,9 +8,10 @@ namespace {
 constexpr std::int32_t kScatterHalo = 1;
 
 ScatterFields scatter_fields(const PassContext& context, const TileTable& coarsest) {
-  ScatterFields fields(coarsest.tiles().size());
-  for (std::size_t i = 0; i < fields.size(); ++i)
-    if (context.owns(i)) fields[i] = TileField<GroundScatter>(coarsest.tiles()[i].box, kScatterHalo);
+  ScatterFields fields(context.pager, coarsest.tiles().size());
+  context.for_each_tile("misfit", {writes(fields)}, [&](std::size_t i, int) {
+    fields[i] = TileField<GroundScatter>(coarsest.tiles()[i].box, kScatterHalo);
+  });
   return fields;
 }
 
@@ -23,10 +24,11 @@ void add_below(const NodePoints& points, const PriorPlane& plane, GroundScatter&
 }  // namespace
 
 ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
-                             const OrderedPoints& points, const std::vector<LevelSurface>& surfaces) {
+                             const OrderedPoints& points, const Surfaces& surfaces) {
   ScatterFields fields = scatter_fields(context, coarsest);
   points.for_each_bin("spread", context.threads, context.progress,
                       [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int) {
+                        const InUse tile({reads(surfaces), writes(fields)}, i);
                         GroundScatter here;
                         for_each_square(bin, cells_of(id, refinements), [&](Cell c, const SquarePoints& square) {
                           for (std::uint8_t t = 0; t < kTriangles; ++t)
@@ -42,7 +44,7 @@ ScatterFields measure_ground(const PassContext& context, const TileTable& coarse
 ScatterFields measure_misfit(const PassContext& context, const TileTable& coarsest, int refinements,
                              const TileFields<LevelNode>& nodes) {
   ScatterFields fields = scatter_fields(context, coarsest);
-  context.for_each_tile("misfit", [&](std::size_t i, int) {
+  context.for_each_tile("misfit", {reads(nodes), writes(fields)}, [&](std::size_t i, int) {
     for_each_node(nodes[i].interior(), [&](NodeId n) {
       const LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
       if (node.has_plane()) fields[i].cell(coarsest_cell(n.cell, refinements))->add(node.above_prior_mm);

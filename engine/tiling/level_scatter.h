@@ -23,7 +23,7 @@ constexpr Cell coarsest_cell(Cell c, int refinements) {
 
 // Points below the surface. Collective, halos filled.
 ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
-                             const OrderedPoints& points, const std::vector<LevelSurface>& surfaces);
+                             const OrderedPoints& points, const Surfaces& surfaces);
 
 // Fitted nodes against the prior they had. Collective, halos filled.
 ScatterFields measure_misfit(const PassContext& context, const TileTable& coarsest, int refinements,

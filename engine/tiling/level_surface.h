@@ -8,6 +8,7 @@
 #include "engine/lattice/plane.h"
 #include "engine/lattice/tiles.h"
 #include "engine/terrain/level_fit.h"
+#include "engine/tiling/paged.h"
 
 namespace btms {
 
@@ -33,6 +34,10 @@ struct LevelSurface {
         centres(static_cast<std::size_t>(b.cells())),
         source(static_cast<std::size_t>(b.cells()) * kTriangles, kOutside) {}
 
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(corners), fn(centres), fn(source);
+  }
   std::size_t corner_index(Cell c) const {
     return static_cast<std::size_t>((std::int64_t{c.row} - box.row0) * (box.cols() + 1) + (c.col - box.col0));
   }
@@ -67,5 +72,7 @@ struct LevelSurface {
     return plane;
   }
 };
+
+using Surfaces = Paged<LevelSurface>;  // one a tile of the table
 
 }  // namespace btms

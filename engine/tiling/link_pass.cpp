@@ -118,10 +118,10 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
   const ConvexityRules rules(context.parameters);
   const std::int32_t r_mm = resolution_mm(context.parameters);
 
-  TileFields<NodeKey> ids(tiles.size());
+  TileFields<NodeKey> ids(context.pager, tiles.size());
   std::vector<TileLinks> links(tiles.size());
   const PassagesByTile passed(context.trajectory, context.table);
-  context.for_each_tile("link", [&](std::size_t i, int) {
+  context.for_each_tile("link", {reads(nodes), writes(ids)}, [&](std::size_t i, int) {
     ids[i] = TileField<NodeKey>(tiles[i].box, kLinkHalo);
     link_tile(nodes[i], rules, r_mm, passed.of(i), ids[i], links[i]);
   });
@@ -132,6 +132,7 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
   std::vector<Link> pairs;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     if (!context.owns(i)) continue;
+    const InUse tile({reads(nodes), reads(ids)}, i);
     components.insert(components.end(), links[i].components.begin(), links[i].components.end());
     const auto id_at = [&](std::uint32_t node_offset) {
       const std::size_t cell = node_offset / kTriangles, cols = static_cast<std::size_t>(nodes[i].held().cols());
@@ -145,7 +146,7 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
 
   const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(pairs),
                           static_cast<std::uint64_t>(context.parameters.keep_nodes));
-  context.for_each_tile("merge", [&](std::size_t i, int) {
+  context.for_each_tile("merge", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
     const CellBox& box = tiles[i].box;
     for (std::int32_t row = box.row0; row < box.row1; ++row)
       for (std::int32_t col = box.col0; col < box.col1; ++col) {

@@ -33,17 +33,21 @@ void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRu
 
 }  // namespace
 
-void PassContext::for_each_tile(const char* phase, const std::function<void(std::size_t, int)>& body) const {
+void PassContext::for_each_tile(const char* phase, const std::vector<Use>& uses,
+                                const std::function<void(std::size_t, int)>& body) const {
   std::vector<std::size_t> mine;
   for (std::size_t i = 0; i < table.tiles().size(); ++i)
     if (owns(i)) mine.push_back(i);
-  // Big tiles first: the last one to run should be short.
-  std::stable_sort(mine.begin(), mine.end(), [&](std::size_t a, std::size_t b) {
-    return table.tiles()[a].box.cells() > table.tiles()[b].box.cells();
-  });
+  if (!pager.limited())  // big tiles first: the last one to run should be short
+    std::stable_sort(mine.begin(), mine.end(), [&](std::size_t a, std::size_t b) {
+      return table.tiles()[a].box.cells() > table.tiles()[b].box.cells();
+    });
+  else if (pager.turn())  // from where the pass before has ended: that is in memory still
+    std::reverse(mine.begin(), mine.end());
   progress.begin(phase, mine.size(), "tiles");
   threads.for_each(mine.size(), [&](std::size_t i, int worker) {
     if (progress.stop_requested()) throw Error(ErrorCode::kCancelled, std::string("stopped in ") + phase);
+    const InUse tile(uses, mine[i]);
     body(mine[i], worker);
     progress.advance(1);
   });
@@ -76,7 +80,7 @@ void model_pass(const PassContext& context, PointBins&& bins, const BinGrid& gri
     });
     context.table.for_each_overlap(result.interior(), [&](std::size_t tile, const CellBox& part) {
       if (context.owns(tile)) {
-        nodes[tile].copy_box(part, result);
+        nodes.edit(tile)->copy_box(part, result);
         return;
       }
       const std::lock_guard lock(out_mutex);

@@ -74,7 +74,8 @@ class LowestFinder {
 
 OrderedPoints::OrderedPoints(PointBins&& from, const BinGrid& finest, const TileTable& tiles, const Threads& threads,
                              Pager& pager, Progress& progress)
-    : order_(std::countr_zero(static_cast<std::uint32_t>(finest.edge_cells))),
+    : pager_(&pager),
+      order_(std::countr_zero(static_cast<std::uint32_t>(finest.edge_cells))),
       bins_(pager, from.size()),
       lowest_(pager, order_.refinements() > 0 ? from.size() : 0) {
   const BinGrid coarsest(tiles.layout().lattice, 1);
@@ -118,7 +119,7 @@ void OrderedPoints::for_each_lowest(const char* phase, const Threads& threads, P
 // Every other time from the end: what was used last is in memory still.
 void OrderedPoints::visit(const char* phase, const Threads& threads, Progress& progress,
                           const std::function<void(std::size_t, int)>& fn) const {
-  const bool backwards = std::exchange(backwards_, !backwards_);
+  const bool backwards = pager_->limited() && pager_->turn();
   progress.begin(phase, points_, "points");
   threads.for_each(places_.size(), [&](std::size_t k, int worker) {
     if (progress.stop_requested()) throw Error(ErrorCode::kCancelled, std::string("stopped in ") + phase);

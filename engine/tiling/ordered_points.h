@@ -70,12 +70,12 @@ class OrderedPoints {
   void visit(const char* phase, const Threads& threads, Progress& progress,
              const std::function<void(std::size_t, int)>& fn) const;
 
+  Pager* pager_;
   NodeOrder order_;
   std::vector<Place> places_;  // tile by tile
   Paged<Bin> bins_;
   Paged<Lowest> lowest_;  // empty where there is one level
   std::uint64_t points_ = 0;
-  mutable bool backwards_ = false;
 };
 
 }  // namespace btms

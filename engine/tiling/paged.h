@@ -1,4 +1,4 @@
-// A list of values of which only those in use need be in memory.
+// A list of values, one a tile or a bin, of which only those in use need be in memory.
 #pragma once
 
 #include <memory>
@@ -10,16 +10,65 @@
 
 namespace btms {
 
-// T holds its bulk in vectors of trivially copyable elements, shown by T::for_each_buffer(fn); the rest of it is small
-// and stays in memory. Thread-safe as far as T is: whoever edits an element is the only one to touch that part of it.
+// What a pass does to an element while it runs.
+class PagedList {
+ public:
+  virtual ~PagedList() = default;
+  virtual void pin(std::size_t i) const = 0;
+  virtual void unpin(std::size_t i, bool changed) const noexcept = 0;
+};
+struct Use {
+  const PagedList* list = nullptr;  // nullptr: nothing
+  bool changes = false;
+};
+
+// Element i of several lists, in use until the end of the scope.
+class InUse {
+ public:
+  InUse(const std::vector<Use>& uses, std::size_t i) : i_(i) {
+    uses_.reserve(uses.size());
+    try {
+      for (const Use& use : uses) {
+        if (!use.list) continue;
+        use.list->pin(i);
+        uses_.push_back(use);
+      }
+    } catch (...) {
+      let_go();
+      throw;
+    }
+  }
+  ~InUse() { let_go(); }
+  InUse(const InUse&) = delete;
+  InUse& operator=(const InUse&) = delete;
+
+ private:
+  void let_go() {
+    for (const Use& use : uses_) use.list->unpin(i_, use.changes);
+  }
+  std::size_t i_;
+  std::vector<Use> uses_;  // pinned
+};
+
+// T is a vector of trivially copyable elements, or holds its bulk in such vectors, shown by T::for_each_buffer(fn); the
+// rest of it is small and stays in memory. Thread-safe as far as T is: whoever edits an element is the only one to
+// touch that part of it.
 template <class T>
-class Paged {
+class Paged final : public PagedList {
+  template <class Fn>
+  static void for_each_buffer(T& value, const Fn& fn) {
+    if constexpr (requires { value.for_each_buffer(fn); })
+      value.for_each_buffer(fn);
+    else
+      fn(value);
+  }
+
   struct Slot final : Pager::Item {
     T value;
 
     std::uint64_t bytes() override {
       std::uint64_t sum = 0;
-      value.for_each_buffer([&](const auto& buffer) { sum += raw_size(buffer); });
+      for_each_buffer(value, [&](const auto& buffer) { sum += raw_size(buffer); });
       return sum;
     }
     void park(Spill& spill, bool changed) override {
@@ -33,7 +82,7 @@ class Paged {
         sizes.clear();
       }
       std::uint64_t at = extent.offset;
-      value.for_each_buffer([&](auto& buffer) {
+      for_each_buffer(value, [&](auto& buffer) {
         using Buffer = std::remove_reference_t<decltype(buffer)>;
         if (changed) {
           spill.write(at, {reinterpret_cast<const std::uint8_t*>(buffer.data()), raw_size(buffer)});
@@ -46,7 +95,7 @@ class Paged {
     void restore(const Spill& spill) override {
       std::uint64_t at = extent.offset;
       std::size_t k = 0;
-      value.for_each_buffer([&](auto& buffer) {
+      for_each_buffer(value, [&](auto& buffer) {
         buffer.resize(sizes[k++]);
         spill.read(at, {reinterpret_cast<std::uint8_t*>(buffer.data()), raw_size(buffer)});
         at += raw_size(buffer);
@@ -94,9 +143,12 @@ class Paged {
     o.slots_.clear();
     return *this;
   }
-  ~Paged() { clear(); }
+  ~Paged() override { clear(); }
 
   std::size_t size() const { return slots_.size(); }
+  // Precondition: in use.
+  T& operator[](std::size_t i) { return slots_[i]->value; }
+  const T& operator[](std::size_t i) const { return slots_[i]->value; }
   Lease<const T> view(std::size_t i) const { return {*pager_, *slots_[i]}; }
   Lease<T> edit(std::size_t i) { return {*pager_, *slots_[i]}; }
   // The element is gone; an empty one takes its place. Precondition: not in use.
@@ -104,6 +156,9 @@ class Paged {
     discard(*slots_[i]);
     slots_[i] = std::make_unique<Slot>();
   }
+
+  void pin(std::size_t i) const override { pager_->pin(*slots_[i]); }
+  void unpin(std::size_t i, bool changed) const noexcept override { pager_->unpin(*slots_[i], changed); }
 
  private:
   void discard(Slot& slot) {
@@ -118,5 +173,14 @@ class Paged {
   Pager* pager_ = nullptr;
   std::vector<std::unique_ptr<Slot>> slots_;
 };
+
+template <class T>
+Use reads(const Paged<T>& list) {
+  return {&list, false};
+}
+template <class T>
+Use writes(Paged<T>& list) {
+  return {&list, true};
+}
 
 }  // namespace btms

@@ -53,7 +53,7 @@ void Pager::forget(Item& item) {
 
 bool Pager::claim(std::uint64_t bytes) {
   const std::lock_guard lock(mutex_);
-  if (budget_ != kUnlimited_bytes && held_ + bytes > budget_) return false;
+  if (limited() && held_ + bytes > budget_) return false;
   held_ += bytes;
   peak_ = std::max(peak_, held_);
   return true;

@@ -27,8 +27,8 @@ class Pager {
 
    private:
     friend class Pager;
-    virtual std::uint64_t bytes() = 0;               // held in memory now
-    virtual void park(Spill& spill, bool changed) = 0;     // writes it unless the disk has it already, frees the memory
+    virtual std::uint64_t bytes() = 0;                  // held in memory now
+    virtual void park(Spill& spill, bool changed) = 0;  // writes it unless the disk has it already, frees the memory
     virtual void restore(const Spill& spill) = 0;
 
     std::uint64_t counted_ = 0;
@@ -52,7 +52,12 @@ class Pager {
   void release(std::uint64_t bytes);
 
   Spill& spill() { return spill_; }
-  std::uint64_t budget_bytes() const { return budget_; }
+  bool limited() const { return budget_ != kUnlimited_bytes; }
+  // Alternates between walks over everything: true for every other.
+  bool turn() {
+    const std::lock_guard lock(mutex_);
+    return backwards_ = !backwards_;
+  }
   std::uint64_t peak_bytes() const { return peak_; }
 
  private:
@@ -65,6 +70,7 @@ class Pager {
   std::condition_variable moved_;
   std::list<Item*> idle_items_;  // in memory and not pinned, the longest unused first
   std::uint64_t held_ = 0, peak_ = 0;
+  bool backwards_ = true;
   std::exception_ptr failure_;  // of parking
 };
 

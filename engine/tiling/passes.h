@@ -30,6 +30,7 @@
 namespace btms {
 
 using NodeFields = TileFields<Node>;
+using FinishedTiles = Paged<TerrainTile>;  // one a tile of the table, empty where another rank's
 
 // What every pass works with.
 struct PassContext {
@@ -42,8 +43,10 @@ struct PassContext {
   const std::vector<TrajectoryPoint>& trajectory;
 
   bool owns(std::size_t tile) const { return table.tiles()[tile].owner == ranks.rank(); }
-  // Runs body(tile index, worker) on every tile of this rank; stops when progress says so.
-  void for_each_tile(const char* phase, const std::function<void(std::size_t, int)>& body) const;
+  // Runs body(tile index, worker) on every tile of this rank, with the tile's elements of `uses` in memory; stops when
+  // progress says so.
+  void for_each_tile(const char* phase, const std::vector<Use>& uses,
+                     const std::function<void(std::size_t, int)>& body) const;
 };
 
 inline constexpr std::int32_t kLinkHalo = 1;  // neighbours share a corner
@@ -63,17 +66,17 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes);
 // Predicts nodes from the kTerrain nodes around them; needs complete_halo() rings, leaves halos stale.
 void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeFields& nodes);
 
-// Corners, final planes; needs kFitHalo rings. One finished tile per tile of the table (empty where another rank's).
-std::vector<TerrainTile> fit_pass(const PassContext& context, const NodeFields& nodes);
+// Corners, final planes; needs kFitHalo rings.
+FinishedTiles fit_pass(const PassContext& context, const NodeFields& nodes);
 
 // What the points say about the space over the finished surface: roughness, clearance and further surfaces
 // (terrain/above.h). Collective; coarse to fine only: maps of the fixed method have none of these.
-void above_pass(const PassContext& context, const OrderedPoints& points, std::vector<TerrainTile>& tiles);
+void above_pass(const PassContext& context, const OrderedPoints& points, FinishedTiles& tiles);
 
 inline constexpr std::int32_t kStepHalo = 1;  // neighbours share a corner
 // Step and cost on the finished surfaces, from their corners, roughness and clearance (0 and kNothingAbove where
 // nothing is known). Collective. Needs kStepHalo rings of corners and Vehicle::rings() of costs, and fetches them.
-void layer_pass(const PassContext& context, std::vector<TerrainTile>& finished);
+void layer_pass(const PassContext& context, FinishedTiles& finished);
 
 struct CommitSummary {
   Digest digest;
@@ -82,6 +85,6 @@ struct CommitSummary {
   CommitSummary& operator+=(const CommitSummary& o);
 };
 // Finished tiles that hold anything go into the sink. Sums over this rank's tiles.
-CommitSummary commit_pass(const PassContext& context, std::vector<TerrainTile>&& finished, TileSink& sink);
+CommitSummary commit_pass(const PassContext& context, FinishedTiles&& finished, TileSink& sink);
 
 }  // namespace btms

@@ -64,8 +64,8 @@ BTMS_WIDE Bounds bounds_of(const std::int64_t* x, const std::int64_t* y, std::si
   return b;
 }
 
-// Offsets from (x0, y0) to bin numbers (row by row, `cols` bins a row) and points in bins, each packed in a word so that
-// the loop is one of 64-bit lanes.
+// Offsets from (x0, y0) to bin numbers (row by row, `cols` bins a row) and points in bins, each packed in a word so
+// that the loop is one of 64-bit lanes.
 BTMS_WIDE void locate(const std::int64_t* x, const std::int64_t* y, const std::int32_t* z, std::size_t n,
                       std::int64_t x0, std::int64_t y0, std::uint32_t edge_mm, std::uint32_t cols, std::uint32_t* bin,
                       std::uint64_t* packed) {
@@ -74,8 +74,8 @@ BTMS_WIDE void locate(const std::int64_t* x, const std::int64_t* y, const std::i
     const auto u = static_cast<std::uint32_t>(x[i] - x0), v = static_cast<std::uint32_t>(y[i] - y0);
     const std::uint32_t bx = divide(u), by = divide(v);
     bin[i] = by * cols + bx;
-    packed[i] = (std::uint64_t{static_cast<std::uint32_t>(z[i])} << 32) | ((v - by * edge_mm) << 16) |
-                (u - bx * edge_mm);
+    packed[i] =
+        (std::uint64_t{static_cast<std::uint32_t>(z[i])} << 32) | ((v - by * edge_mm) << 16) | (u - bx * edge_mm);
   }
 }
 static_assert(std::endian::native == std::endian::little && offsetof(BinnedPoint, y_mm) == 2);
@@ -128,8 +128,7 @@ void bin_block(BlockScratch& s, const BinGrid& grid, SortedBlock& out) {
 
   const auto [x_lo, x_hi, y_lo, y_hi] = bounds_of(s.block.x_mm.data(), s.block.y_mm.data(), n);
   const std::int64_t edge = grid.edge_mm();
-  const BinId first{static_cast<std::int32_t>(floor_div(x_lo, edge)),
-                    static_cast<std::int32_t>(floor_div(y_lo, edge))};
+  const BinId first{static_cast<std::int32_t>(floor_div(x_lo, edge)), static_cast<std::int32_t>(floor_div(y_lo, edge))};
   const std::int64_t x0 = first.bx * edge, y0 = first.by * edge;
   const std::int64_t cols = (x_hi - x0) / edge + 1, rows = (y_hi - y0) / edge + 1;
   if (x_hi - x0 > Divider::kMaxOffset || y_hi - y0 > Divider::kMaxOffset ||

@@ -46,8 +46,8 @@ struct BinnedPoint {
 };
 static_assert(sizeof(BinnedPoint) == 8);
 
-// Points grouped by bin: every bin is a list of runs, in no particular order. Blocks of runs lie in memory as far as the
-// budget goes, and in the spill beyond it.
+// Points grouped by bin: every bin is a list of runs, in no particular order. Blocks of runs lie in memory as far as
+// the budget goes, and in the spill beyond it.
 class PointBins {
  public:
   struct Run {
@@ -124,7 +124,7 @@ class PointBins {
 
   Pager* pager_ = nullptr;
   std::vector<std::unique_ptr<Block>> blocks_;
-  std::vector<Piece> pieces_;              // ascending by bin
+  std::vector<Piece> pieces_;             // ascending by bin
   std::vector<std::size_t> first_piece_;  // of every bin
   Counts counts_;
 };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/tiling/executor.h"
+#include "engine/tiling/paged.h"
 #include "engine/tiling/tile_table.h"
 
 namespace btms {
@@ -31,6 +32,10 @@ class SparseField {
     for (std::size_t k = 1; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
   }
 
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(values_), fn(begin_);
+  }
   std::span<T> values() { return values_; }
   std::span<const T> values() const { return values_; }
   // The values of the nodes of a cell. Precondition: held() contains it.
@@ -60,7 +65,7 @@ class SparseField {
 };
 
 template <class T>
-using SparseFields = std::vector<SparseField<T>>;
+using SparseFields = Paged<SparseField<T>>;
 
 // Fills the innermost `rings` rings of every halo with copies of the neighbours' interiors; what a halo held before is
 // forgotten. Collective.
@@ -73,7 +78,7 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
     if (!mine(i)) return;
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& part) {
-      if (mine(j)) fields[j].append(part, filled[i]);
+      if (mine(j)) fields.view(j)->append(part, filled[i]);
     });
   });
   if (ranks.size() > 1) {
@@ -87,7 +92,7 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
       if (mine(i)) continue;
       strip.clear();
       table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& part) {
-        if (mine(j)) fields[j].append(part, strip);
+        if (mine(j)) fields.view(j)->append(part, strip);
       });
       Bytes& to = out[static_cast<std::size_t>(tiles[i].owner)];
       for (const T& value : strip) {
@@ -104,7 +109,7 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
       }
   }
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
-    if (mine(i)) fields[i].assign(std::move(filled[i]));
+    if (mine(i)) fields.edit(i)->assign(std::move(filled[i]));
   });
 }
 

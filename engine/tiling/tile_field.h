@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/tiling/executor.h"
+#include "engine/tiling/paged.h"
 #include "engine/tiling/tile_table.h"
 
 namespace btms {
@@ -35,6 +36,10 @@ class TileField {
   std::size_t offset(Cell c) const {
     return static_cast<std::size_t>((std::int64_t{c.row} - held_.row0) * held_.cols() + (c.col - held_.col0)) *
            kTriangles;
+  }
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(values_);
   }
   std::span<T> values() { return values_; }
   std::span<const T> values() const { return values_; }
@@ -67,7 +72,7 @@ class TileField {
 
 // Fields of the tiles this rank owns; empty fields for the others. Index = TileTable index.
 template <class T>
-using TileFields = std::vector<TileField<T>>;
+using TileFields = Paged<TileField<T>>;
 
 // A strip on its way to another rank: which tile it is for, which cells it covers.
 struct StripHeader {
@@ -91,7 +96,7 @@ void unpack_strips(const std::vector<Bytes>& in, TileFields<T>& fields) {
       StripHeader header;
       std::memcpy(&header, bytes.data() + at, sizeof header);
       at += sizeof header;
-      at += fields[static_cast<std::size_t>(header.tile)].unpack(header.box, bytes.data() + at);
+      at += fields.edit(static_cast<std::size_t>(header.tile))->unpack(header.box, bytes.data() + at);
     }
 }
 
@@ -104,8 +109,9 @@ void exchange_halo(const TileTable& table, TileFields<T>& fields, std::int32_t r
 
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
     if (!mine(i)) return;
+    const auto to = fields.edit(i);
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& strip) {
-      if (j != i && mine(j)) fields[i].copy_box(strip, fields[j]);
+      if (j != i && mine(j)) to->copy_box(strip, *fields.view(j));
     });
   });
   if (ranks.size() == 1) return;
@@ -115,7 +121,7 @@ void exchange_halo(const TileTable& table, TileFields<T>& fields, std::int32_t r
     if (mine(i)) continue;
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& strip) {
       if (!mine(j)) return;
-      pack_strip(i, strip, fields[j], out[static_cast<std::size_t>(tiles[i].owner)]);
+      pack_strip(i, strip, *fields.view(j), out[static_cast<std::size_t>(tiles[i].owner)]);
     });
   }
   unpack_strips(ranks.exchange(std::move(out)), fields);
