@@ -9,6 +9,7 @@
 #include "apps/btms/build_report.h"
 #include "apps/btms/command.h"
 #include "apps/btms/inputs.h"
+#include "apps/btms/memory_option.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/parameter_options.h"
 #include "apps/btms/reference_system.h"
@@ -27,6 +28,7 @@ namespace fs = std::filesystem;
 
 struct BuildCommand {
   CommonOptions common;
+  MemoryOption memory;
   ParameterOptions parameters;
   std::vector<std::string> inputs;
   std::string output, crs, trajectory, picture, layer = "state";
@@ -114,6 +116,8 @@ int run_build(const BuildCommand& command) {
   options.tile_cells = parse_tile_cells(command.tile_cells);
   options.neighbours_by_lattice = command.neighbours == "lattice";
   options.max_nodes = command.max_nodes;
+  options.memory_bytes = command.memory.limit();
+  options.spill_folder = command.memory.spill_folder(command.output);
   if (fs::exists(command.output) && !fs::is_directory(command.output))
     throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);
   const InputList list = expand_inputs(command.inputs);
@@ -235,6 +239,7 @@ Command add_build(CLI::App& btms) {
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40))
       ->type_name("N")
       ->group("Running");
+  command->memory.add_to(*app, true);
   add_run_options(*app, command->common);
   command->parameters.add_to(*app, "city");
   add_output_options(*app, command->common);

@@ -49,6 +49,13 @@ void commit(const PassContext& context, FinishedTiles&& finished, TileSink& sink
   summary.digest = context.ranks.sum<Digest>({done.digest})[0];
 }
 
+// What points and nodes may take of the memory: all but the program itself and what threads work on.
+std::uint64_t paged_bytes(std::uint64_t memory_bytes, int threads) {
+  if (memory_bytes == kUnlimited_bytes) return kUnlimited_bytes;
+  const std::uint64_t aside = (std::uint64_t{32} << 20) + (std::uint64_t{24} << 20) * static_cast<unsigned>(threads);
+  return memory_bytes > 2 * aside ? memory_bytes - aside : memory_bytes / 2;
+}
+
 MapLayout finest_layout(const TileTable& coarsest, int levels) {
   TileTable table = coarsest;
   for (int i = 1; i < levels; ++i) table = table.finer();
@@ -70,7 +77,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   const BinGrid grid = coarse_to_fine ? BinGrid(finest, 1 << (levels - 1)) : BinGrid(finest);
   const std::int32_t tile_cells = options.tile_cells.value_or(std::max(1, kDefaultTileCells >> (levels - 1)));
 
-  Pager pager(options.memory_bytes, options.spill_folder);
+  Pager pager(paged_bytes(options.memory_bytes, threads.count()), options.spill_folder);
   PointBins bins = PointBins::read(sources, grid, threads, ranks, pager, progress);
   const auto counts =
       ranks.sum<std::uint64_t>({bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range});

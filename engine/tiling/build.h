@@ -32,7 +32,7 @@ struct BuildOptions {
   bool layers = true;  // also what only maps need: roughness, clearance, further surfaces, step, cost
   std::vector<TrajectoryPoint> trajectory;  // of the sensor, may be empty: see trajectory.h
   bool neighbours_by_lattice = false;       // scan the lattice instead of querying nanoflann; same bits, for tests
-  std::uint64_t memory_bytes = kUnlimited_bytes;  // what points and nodes may take; the rest is parked on disk
+  std::uint64_t memory_bytes = kUnlimited_bytes;  // of the whole process; what doesn't fit is parked on disk
   std::filesystem::path spill_folder = ".";       // where it is parked
   std::uint64_t max_nodes = std::uint64_t{1}
                             << 28;  // halos included; refuse larger maps before allocating (24 bytes a node)

@@ -1,8 +1,15 @@
 #include "engine/tiling/pager.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 
 namespace btms {
+namespace {
+
+constexpr std::uint64_t kTrim_bytes = std::uint64_t{32} << 20;
+
+}  // namespace
 
 void Pager::pin(Item& item) {
   std::unique_lock lock(mutex_);
@@ -94,8 +101,15 @@ void Pager::make_room(std::unique_lock<std::mutex>& lock) noexcept {
     item.moving_ = item.changed_ = false;
     item.parked_ = true;
     held_ -= item.counted_;
+    freed_ += item.counted_;
     item.counted_ = 0;
     moved_.notify_all();
+    // What is free inside its heap the allocator gives back only when asked; asking takes time.
+    if (freed_ < std::min(budget_ / 16, kTrim_bytes)) continue;
+    freed_ = 0;
+    lock.unlock();
+    ::malloc_trim(0);
+    lock.lock();
   }
 }
 

@@ -70,6 +70,7 @@ class Pager {
   std::condition_variable moved_;
   std::list<Item*> idle_items_;  // in memory and not pinned, the longest unused first
   std::uint64_t held_ = 0, peak_ = 0;
+  std::uint64_t freed_ = 0;  // since the allocator has last given back what it has free
   bool backwards_ = true;
   std::exception_ptr failure_;  // of parking
 };

@@ -63,11 +63,13 @@ std::vector<Way> all_ways(const std::vector<std::int32_t>& tile_cells) {
       ways.push_back({cells, "ranks:3", inputs});
     }
     ways.push_back({cells, "ranks:2x2", "split"});  // two threads in each rank
+    ways.push_back({cells, "ranks:2", "shuffled", false, true});
   }
   for (const std::int32_t cells : tile_cells) {
     for (const char* inputs : {"as is", "shuffled", "split", "reversed"})
       for (const char* executor : {"serial", "tbb:1", "tbb:2"}) ways.push_back({cells, executor, inputs});
     ways.push_back({cells, "serial", "as is", true});
+    ways.push_back({cells, "tbb:2", "shuffled", false, true});
   }
   return ways;
 }
@@ -94,6 +96,7 @@ std::string fingerprint(const std::vector<CloudPoint>& points, const Parameters&
   options.parameters = parameters;
   options.tile_cells = way.tile_cells;
   options.neighbours_by_lattice = way.lattice;
+  if (way.parked) options.memory_bytes = 0;
   Progress progress;
 
   const std::size_t colon = way.executor.find(':');
@@ -128,8 +131,9 @@ void expect_one_digest(const std::vector<CloudPoint>& points, const Parameters& 
   for (const Way& way : ways) {
     const std::string got = fingerprint(points, parameters, way);
     ASSERT_GE(got.size(), 32u);
-    EXPECT_EQ(got, plain.substr(0, got.size())) << "tile edge " << way.tile_cells << ", " << way.executor << ", inputs "
-                                                << way.inputs << (way.lattice ? ", lattice scan" : ", nanoflann");
+    EXPECT_EQ(got, plain.substr(0, got.size()))
+        << "tile edge " << way.tile_cells << ", " << way.executor << ", inputs " << way.inputs
+        << (way.lattice ? ", lattice scan" : ", nanoflann") << (way.parked ? ", parked" : "");
   }
 }
 

@@ -15,6 +15,7 @@ struct Way {
   std::string executor;  // "serial", "tbb:2", "ranks:3", "ranks:2x2" (two threads in each)
   std::string inputs;    // "as is", "shuffled", "split", "reversed"
   bool lattice = false;  // neighbours by lattice scan
+  bool parked = false;   // no memory: whatever is not in use goes to disk
 };
 
 // Every tile edge x executor x order of inputs. Ways with ranks come first, since ranks are forked.
