@@ -5,20 +5,19 @@
 #include <tuple>
 #include <utility>
 
-#include "engine/error.h"
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/above.h"
 #include "engine/terrain/level_links.h"
+#include "engine/tiling/level_points.h"
 #include "engine/tiling/merged_components.h"
-#include "engine/tiling/node_sort.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/sparse_field.h"
 
 namespace btms {
 namespace {
 
-// Edges to the terrain of a surface that can be reached: about those of an end 3 m wide, 12 on nodes of 2 m. A roof that
-// meets a bank at a corner has fewer, the decks of the scenes and of real maps have 27 and more.
+// Edges to the terrain of a surface that can be reached: about those of an end 3 m wide, 12 on nodes of 2 m. A roof
+// that meets a bank at a corner has fewer, the decks of the scenes and of real maps have 27 and more.
 std::uint64_t least_joints(std::int32_t r_mm) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(3, 24'000 / r_mm));
 }
@@ -58,55 +57,61 @@ struct TileLinks {
 
 FinalPlane surface_of(const TerrainTile& tile, NodeId n) { return FinalPlane::through(n.triangle, tile.corners_mm(n)); }
 
+// What a worker keeps for the points of a square.
+struct AboveScratch {
+  explicit AboveScratch(const LevelRules& rules) : sheets(rules) {}
+  std::vector<std::int32_t> heights;
+  SheetFinder sheets;
+};
+
+// Layers of the nodes of a square, and their sheets.
+void look_above(Cell c, const SquarePoints& points, const LevelRules& rules, AboveScratch& s, TerrainTile& tile,
+                std::vector<Sheet>& found) {
+  std::size_t all = 0;
+  for (const NodePoints& p : points) all += p.size;
+  if (s.heights.size() < all) s.heights.resize(all);
+  std::int32_t* heights = s.heights.data();
+  SheetFinder::Square square{};
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    NodeSurface& node = tile.nodes[tile.node_index({c, t})];
+    if (points[t].size == 0 || node.state == NodeState::kUnknown) continue;
+    square[t] = {points[t], {heights, points[t].size}, surface_of(tile, {c, t}), node.terrain_mm};
+    heights_over(points[t], square[t].surface, rules.r_mm(), heights);
+    heights += points[t].size;
+    const NodeLayers layers = node_layers(square[t].heights_mm, node.terrain_mm);
+    node.roughness_mm = layers.roughness_mm;
+    if (layers.clearance_mm != kNoneAbove)
+      node.clearance_mm = static_cast<std::uint16_t>(std::min(layers.clearance_mm, kNothingAbove - 1));
+  }
+  s.sheets.find(square);
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    std::uint64_t ordinal = 0;
+    for (const NodeSheet& sheet : s.sheets.sheets(t))
+      found.push_back({.node = node_key({c, t}), .ordinal = ordinal++, .sheet = sheet});
+  }
+}
+
 // Layers of every node with points and a surface; the sheets of each tile.
 std::vector<std::vector<Sheet>> look_above(const PassContext& context, const PointBins& bins, const BinGrid& grid,
                                            const LevelRules& rules, std::vector<TerrainTile>& tiles) {
-  struct Scratch {
-    NodeSort sort;
-    std::vector<std::int32_t> heights;
-    SheetScratch sheets;
-    std::vector<NodeSheet> found;
+  struct Worker {
+    AboveScratch scratch;
+    std::vector<std::vector<Sheet>> by_tile;
   };
-  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
-  std::vector<std::vector<Sheet>> by_bin(bins.bins().size());
-  const auto tile_of = [&](BinId id) {
-    const CellBox box = grid.box_of(id);
-    return static_cast<std::size_t>(context.table.index_of(context.table.layout().grid.tile_of({box.col0, box.row0})));
-  };
-  context.progress.begin("above", bins.counts().points, "points");
-  context.threads.for_each(by_bin.size(), [&](std::size_t k, int worker) {
-    if (context.progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped in above");
-    const PointBins::Bin& bin = bins.bins()[k];
-    Scratch& s = scratch[static_cast<std::size_t>(worker)];
-    s.sort.sort(bin, grid);
-    TerrainTile& tile = tiles[tile_of(bin.id)];
-    const CellBox box = grid.box_of(bin.id);
-    std::size_t at = 0;
-    for (std::int32_t row = box.row0; row < box.row1; ++row)
-      for (std::int32_t col = box.col0; col < box.col1; ++col)
-        for (std::uint8_t t = 0; t < kTriangles; ++t) {
-          const NodePoints points = s.sort.node(at++);
-          const NodeId id{{col, row}, t};
-          NodeSurface& node = tile.nodes[tile.node_index(id)];
-          if (points.size == 0 || node.state == NodeState::kUnknown) continue;
-          const FinalPlane surface = surface_of(tile, id);
-          const std::int32_t limit_mm = node.terrain_mm;
-          heights_over(points, surface, rules.r_mm(), s.heights);
-          const NodeLayers layers = node_layers(s.heights, limit_mm);
-          node.roughness_mm = layers.roughness_mm;
-          if (layers.clearance_mm != kNoneAbove)
-            node.clearance_mm = static_cast<std::uint16_t>(std::min(layers.clearance_mm, kNothingAbove - 1));
-          find_sheets(points, s.heights, t, surface, limit_mm, rules, s.sheets, s.found);
-          for (std::size_t i = 0; i < s.found.size(); ++i)
-            by_bin[k].push_back({.node = node_key(id), .ordinal = i, .sheet = s.found[i]});
-        }
-    context.progress.advance(bin.size);
-  });
+  std::vector<Worker> workers(static_cast<std::size_t>(context.threads.count()),
+                              {AboveScratch(rules), std::vector<std::vector<Sheet>>(tiles.size())});
+  for_each_square_with_points(context, "above", bins, grid,
+                              [&](std::size_t tile, Cell c, const SquarePoints& points, int worker) {
+                                Worker& w = workers[static_cast<std::size_t>(worker)];
+                                look_above(c, points, rules, w.scratch, tiles[tile], w.by_tile[tile]);
+                              });
   std::vector<std::vector<Sheet>> by_tile(tiles.size());
-  for (std::size_t k = 0; k < by_bin.size(); ++k) {
-    std::vector<Sheet>& to = by_tile[tile_of(bins.bins()[k].id)];
-    to.insert(to.end(), by_bin[k].begin(), by_bin[k].end());
-  }
+  context.threads.for_each(tiles.size(), [&](std::size_t i, int) {
+    for (Worker& w : workers) {
+      by_tile[i].insert(by_tile[i].end(), w.by_tile[i].begin(), w.by_tile[i].end());
+      w.by_tile[i] = {};
+    }
+  });
   return by_tile;
 }
 
@@ -184,7 +189,8 @@ void above_pass(const PassContext& context, const PointBins& bins, const BinGrid
   SparseFields<Sheet> sheets(tiles.size());
   context.for_each_tile("sheets", [&](std::size_t i, int) {
     sheets[i] = SparseField<Sheet>(table.tiles()[i].box, kLinkHalo);
-    sheets[i].assign(std::move(found[i]));
+    sheets[i].assign(found[i]);
+    found[i] = {};
   });
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);
   std::vector<TileLinks> linked(tiles.size());

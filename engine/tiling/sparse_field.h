@@ -23,12 +23,18 @@ class SparseField {
   const CellBox& held() const { return held_; }
 
   // Sorts what is given; interior and halo.
-  void assign(std::vector<T> values) {
-    values_ = std::move(values);
-    std::sort(values_.begin(), values_.end());
-    begin_.assign(static_cast<std::size_t>(held_.cells()) + 1, 0);
-    for (const T& v : values_) ++begin_[cell_index(node_of_key(v.node).cell) + 1];
-    for (std::size_t k = 1; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
+  void assign(const std::vector<T>& values) {
+    begin_.assign(static_cast<std::size_t>(held_.cells()) + 2, 0);
+    for (const T& v : values) ++begin_[cell_of(v) + 2];
+    for (std::size_t k = 2; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
+    values_.resize(values.size());
+    for (const T& v : values) values_[begin_[cell_of(v) + 1]++] = v;
+    begin_.pop_back();
+    // What lies in a cell comes from one place, mostly in order.
+    for (std::size_t k = 0; k + 1 < begin_.size(); ++k) {
+      const auto first = values_.begin() + begin_[k], last = values_.begin() + begin_[k + 1];
+      if (!std::is_sorted(first, last)) std::sort(first, last);
+    }
   }
 
   std::span<T> values() { return values_; }
@@ -53,6 +59,8 @@ class SparseField {
   std::size_t cell_index(Cell c) const {
     return static_cast<std::size_t>((std::int64_t{c.row} - held_.row0) * held_.cols() + (c.col - held_.col0));
   }
+
+  std::size_t cell_of(const T& value) const { return cell_index(node_of_key(value.node).cell); }
 
   CellBox interior_, held_;
   std::vector<T> values_;
@@ -104,7 +112,7 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
       }
   }
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
-    if (mine(i)) fields[i].assign(std::move(filled[i]));
+    if (mine(i)) fields[i].assign(filled[i]);
   });
 }
 

@@ -25,12 +25,14 @@ struct Looked {
 };
 
 Looked look(const NodeCloud& cloud) {
-  std::vector<std::int32_t> heights;
-  heights_over(cloud.points(), kSurface, kR_mm, heights);
-  Looked out{node_layers(heights, kTerrain_mm), {}};
-  SheetScratch scratch;
-  find_sheets(cloud.points(), heights, kEast, kSurface, kTerrain_mm, kRules, scratch, out.sheets);
-  return out;
+  std::vector<std::int32_t> heights(cloud.points().size);
+  heights_over(cloud.points(), kSurface, kR_mm, heights.data());
+  SheetFinder finder(kRules);
+  SheetFinder::Square square{};
+  square[kEast] = {cloud.points(), heights, kSurface, kTerrain_mm};
+  finder.find(square);
+  const auto sheets = finder.sheets(kEast);
+  return {node_layers(heights, kTerrain_mm), {sheets.begin(), sheets.end()}};
 }
 
 // n points `above_mm` over the surface, leaning by `slope` to the north, within +-noise.
@@ -59,8 +61,8 @@ TEST(Heights, AreOverTheLeaningSurface) {
   NodeCloud cloud;
   cloud.add(500, 100, 10'050 + 7);
   cloud.add(900, -100, 10'090 - 1);
-  std::vector<std::int32_t> heights;
-  heights_over(cloud.points(), kSurface, kR_mm, heights);
+  std::vector<std::int32_t> heights(2);
+  heights_over(cloud.points(), kSurface, kR_mm, heights.data());
   EXPECT_EQ(heights, (std::vector<std::int32_t>{7, -1}));
 }
 
