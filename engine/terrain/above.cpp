@@ -8,7 +8,7 @@
 namespace btms {
 namespace {
 
-constexpr std::int64_t kSheetPoints = 3;
+constexpr std::uint32_t kSheetPoints = 3;
 
 PriorPlane prior_of(const FinalPlane& surface, std::int32_t r_mm, std::int32_t raised_mm) {
   return {static_cast<double>(surface.centre_mm) + raised_mm, static_cast<double>(surface.rise_x_mm) / r_mm,
@@ -17,31 +17,25 @@ PriorPlane prior_of(const FinalPlane& surface, std::int32_t r_mm, std::int32_t r
 
 // Points on a plane, and points so near that they leave no room over or under it.
 struct Presence {
-  std::int64_t on = 0, near = 0;
-  double squares_mm2 = 0;  // of those on it; whole
+  std::uint32_t on = 0, near = 0;
+  std::uint64_t squares_mm2 = 0;  // of those on it
 };
 
-// Precondition: on_mm <= near_mm.
+// Precondition: on_mm <= near_mm < 65535.
 BTMS_WIDE Presence presence(const NodePoints& points, const LevelNode& plane, double on_mm, double near_mm) {
   const double a = plane.slope_x / kSlopeUnit, b = plane.slope_y / kSlopeUnit;
   const double mean_x = plane.mean_x_mm, mean_y = plane.mean_y_mm, mean_z = plane.mean_z_mm;
   Presence out;
   for (std::size_t i = 0; i < points.size; ++i) {
-    const double e = points.z_mm[i] - mean_z - (a * (points.x_mm[i] - mean_x) + b * (points.y_mm[i] - mean_y));
-    const bool on = std::abs(e) <= on_mm;
-    const double whole = on ? round_half_up(e) : 0;
-    out.near += std::abs(e) <= near_mm ? 1 : 0;
-    out.on += on ? 1 : 0;
-    out.squares_mm2 += whole * whole;
+    const double exact = points.z_mm[i] - mean_z - (a * (points.x_mm[i] - mean_x) + b * (points.y_mm[i] - mean_y));
+    const double e = std::abs(exact) <= near_mm ? exact : 2 * near_mm;
+    const std::uint32_t on = std::abs(e) <= on_mm ? 1 : 0;
+    const auto whole = static_cast<std::uint32_t>(static_cast<std::int32_t>(round_half_up(e))) * on;
+    out.near += std::abs(e) <= near_mm ? 1U : 0U;
+    out.on += on;
+    out.squares_mm2 += std::uint32_t{whole * whole};
   }
   return out;
-}
-
-// Points further above the surface than terrain_mm, or below it than room_mm.
-BTMS_WIDE std::int32_t count_off(std::span<const std::int32_t> heights, std::int32_t terrain_mm, std::int32_t room_mm) {
-  std::int32_t n = 0;
-  for (const std::int32_t h : heights) n += h > terrain_mm || h < -room_mm ? 1 : 0;
-  return n;
 }
 
 // Few, mostly in some order already.
@@ -57,29 +51,30 @@ void sort_few(std::vector<std::int64_t>& v) {
 
 }  // namespace
 
-BTMS_WIDE void heights_over(const NodePoints& points, const FinalPlane& plane, std::int32_t r_mm,
-                            std::int32_t* heights) {
-  const double a = static_cast<double>(plane.rise_x_mm) / r_mm, b = static_cast<double>(plane.rise_y_mm) / r_mm;
-  const double c = static_cast<double>(plane.centre_mm);
-  for (std::size_t i = 0; i < points.size; ++i)
-    heights[i] = static_cast<std::int32_t>(std::clamp(
-        round_half_up(points.z_mm[i] - c - (a * points.x_mm[i] + b * points.y_mm[i])), -2147483647.0, 2147483647.0));
-}
-
-BTMS_WIDE NodeLayers node_layers(std::span<const std::int32_t> heights_mm, std::int32_t terrain_mm) {
-  std::int32_t n = 0, lowest = kNoneAbove;
-  std::int64_t squares = 0;
-  for (const std::int32_t h : heights_mm) {
-    const bool above = h > terrain_mm, on = !above && h >= -terrain_mm;
-    lowest = std::min(lowest, above ? h : kNoneAbove);
-    n += on ? 1 : 0;
-    const std::int32_t e = on ? h : 0;
-    squares += std::int64_t{e} * e;
+BTMS_WIDE NodeLook look_over(const NodePoints& points, const FinalPlane& surface, std::int32_t r_mm,
+                             std::int32_t terrain_mm, std::int32_t room_mm, std::int32_t* heights) {
+  const double a = static_cast<double>(surface.rise_x_mm) / r_mm, b = static_cast<double>(surface.rise_y_mm) / r_mm;
+  const double c = static_cast<double>(surface.centre_mm);
+  constexpr std::uint32_t kNegative = std::uint32_t{1} << 31;
+  std::uint32_t lowest = kNegative;  // over terrain_mm + 1; what is not above is negative, as unsigned the greatest
+  std::uint32_t on = 0, off = 0;
+  std::uint64_t squares = 0;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    const double exact = points.z_mm[i] - c - (a * points.x_mm[i] + b * points.y_mm[i]);
+    const auto h = static_cast<std::int32_t>(std::clamp(round_half_up(exact), -2147483647.0, 2147483647.0));
+    heights[i] = h;
+    lowest = std::min(lowest, static_cast<std::uint32_t>(h) - static_cast<std::uint32_t>(terrain_mm + 1));
+    const std::uint32_t is_on = std::abs(h) <= terrain_mm ? 1 : 0;
+    const std::uint32_t e = static_cast<std::uint32_t>(std::abs(h)) * is_on;
+    squares += std::uint32_t{e * e};  // terrain_mm has 16 bits
+    on += is_on;
+    off += (h > terrain_mm ? 1U : 0U) | (h < -room_mm ? 1U : 0U);
   }
-  NodeLayers out;
-  out.clearance_mm = lowest;
-  if (n > 0) out.roughness_mm = saturate_u16(std::sqrt(static_cast<double>(squares) / static_cast<double>(n)));
-  return out;
+  NodeLook look;
+  if (on > 0) look.roughness_mm = saturate_u16(std::sqrt(static_cast<double>(squares) / on));
+  if (lowest < kNegative) look.clearance_mm = static_cast<std::int32_t>(lowest) + terrain_mm + 1;
+  look.off = off;
+  return look;
 }
 
 SheetFinder::SheetFinder(const LevelRules& rules)
@@ -117,10 +112,10 @@ void SheetFinder::find(const Square& square) {
 
 // Groups that may be sheets.
 void SheetFinder::split(const PointsOverSurface& node, Node& out) {
-  const std::span<const std::int32_t> heights = node.heights_mm;
-  if (count_off(heights, node.terrain_mm, room_mm_) < kSheetPoints) return;
+  if (node.off < kSheetPoints) return;
+  const std::int32_t* heights = node.heights_mm;
   order_.clear();
-  for (std::size_t i = 0; i < heights.size(); ++i)
+  for (std::size_t i = 0; i < node.points.size; ++i)
     if (heights[i] > node.terrain_mm || heights[i] < -room_mm_)
       order_.push_back(std::int64_t{heights[i]} * (std::int64_t{1} << 32) + static_cast<std::int64_t>(i));
   sort_few(order_);
@@ -129,7 +124,7 @@ void SheetFinder::split(const PointsOverSurface& node, Node& out) {
   for (std::size_t from = 0, to; from < n; from = to) {
     for (to = from + 1; to < n && height(to) - height(to - 1) <= split_mm_; ++to) {
     }
-    if (to - from < static_cast<std::size_t>(kSheetPoints)) continue;
+    if (to - from < kSheetPoints) continue;
     // Most groups of a tree have as many points of others within that room, or are too tall for one plane: no fit.
     if (height(to - 1) - height(from) > 2 * room_mm_) continue;
     const std::int32_t middle = height(from + (to - from) / 2);
@@ -158,8 +153,8 @@ void SheetFinder::keep(const PointsOverSurface& node, LevelNode plane, std::vect
   const double on_mm = std::min(near_mm, q.fit_scale_last_m * 1000 * (1 + std::sqrt(ax * ax + ay * ay)));
   const Presence seen = presence(node.points, plane, on_mm, near_mm);
   if (seen.on < kSheetPoints || 2 * seen.on <= seen.near) return;
-  plane.count = static_cast<std::uint16_t>(std::min<std::int64_t>(seen.on, 65535));
-  plane.sd_mm = saturate_u16(std::sqrt(seen.squares_mm2 / static_cast<double>(seen.on)));
+  plane.count = static_cast<std::uint16_t>(std::min<std::uint32_t>(seen.on, 65535));
+  plane.sd_mm = saturate_u16(std::sqrt(static_cast<double>(seen.squares_mm2) / seen.on));
   const std::int32_t above_mm =
       height_mm(plane.mean_z_mm - prior_of(node.surface, rules_.r_mm(), 0).at(plane.mean_x_mm, plane.mean_y_mm));
   sheets.push_back({plane, above_mm});

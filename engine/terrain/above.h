@@ -15,18 +15,19 @@
 
 namespace btms {
 
-// Heights of the points over the plane, vertically, nearest millimetre. `heights` has room for all of them.
-void heights_over(const NodePoints& points, const FinalPlane& plane, std::int32_t r_mm, std::int32_t* heights);
-
 inline constexpr std::int32_t kNoneAbove = INT32_MAX;
 
-struct NodeLayers {
+// What one look at a node's points over its finished surface says.
+struct NodeLook {
   std::uint16_t roughness_mm = 0;          // rms height of the points within terrain_mm of the surface, above or below
-  std::int32_t clearance_mm = kNoneAbove;  // height of the lowest point further above
+  std::int32_t clearance_mm = kNoneAbove;  // height of the lowest point further above. A single one is enough: a
+                                           // planner would rather walk round a speck of noise than into a wire.
+  std::uint32_t off = 0;                   // points further above, and further below than room_mm
 };
 
-// A single point above is enough: a planner would rather walk round a speck of noise than into a wire.
-NodeLayers node_layers(std::span<const std::int32_t> heights_mm, std::int32_t terrain_mm);
+// Also stores the heights of the points over the surface, vertically, nearest millimetre; `heights` has room for all.
+NodeLook look_over(const NodePoints& points, const FinalPlane& surface, std::int32_t r_mm, std::int32_t terrain_mm,
+                   std::int32_t room_mm, std::int32_t* heights);
 
 // A sheet: a plane with free space above and below it. `above_mm` is its height over the surface at the node's mean.
 struct NodeSheet {
@@ -37,9 +38,10 @@ struct NodeSheet {
 // A node's points over its finished surface. The default: no points, or no surface to be above.
 struct PointsOverSurface {
   NodePoints points;
-  std::span<const std::int32_t> heights_mm;  // over `surface`
+  const std::int32_t* heights_mm = nullptr;  // over `surface`, as look_over() stores them
   FinalPlane surface;
   std::int32_t terrain_mm = 0;
+  std::uint32_t off = 0;
 };
 
 // Finds the sheets of the four nodes of a square. Points above the terrain (or far below it) are split where there is a
@@ -50,6 +52,8 @@ struct PointsOverSurface {
 class SheetFinder {
  public:
   explicit SheetFinder(const LevelRules& rules);
+  // The free space that makes two surfaces of one.
+  std::int32_t room_mm() const { return room_mm_; }
 
   using Square = std::array<PointsOverSurface, kTriangles>;
   void find(const Square& square);

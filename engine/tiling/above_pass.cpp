@@ -75,13 +75,13 @@ void look_above(Cell c, const SquarePoints& points, const LevelRules& rules, Abo
   for (std::uint8_t t = 0; t < kTriangles; ++t) {
     NodeSurface& node = tile.nodes[tile.node_index({c, t})];
     if (points[t].size == 0 || node.state == NodeState::kUnknown) continue;
-    square[t] = {points[t], {heights, points[t].size}, surface_of(tile, {c, t}), node.terrain_mm};
-    heights_over(points[t], square[t].surface, rules.r_mm(), heights);
+    const FinalPlane surface = surface_of(tile, {c, t});
+    const NodeLook look = look_over(points[t], surface, rules.r_mm(), node.terrain_mm, s.sheets.room_mm(), heights);
+    square[t] = {points[t], heights, surface, node.terrain_mm, look.off};
     heights += points[t].size;
-    const NodeLayers layers = node_layers(square[t].heights_mm, node.terrain_mm);
-    node.roughness_mm = layers.roughness_mm;
-    if (layers.clearance_mm != kNoneAbove)
-      node.clearance_mm = static_cast<std::uint16_t>(std::min(layers.clearance_mm, kNothingAbove - 1));
+    node.roughness_mm = look.roughness_mm;
+    if (look.clearance_mm != kNoneAbove)
+      node.clearance_mm = static_cast<std::uint16_t>(std::min(look.clearance_mm, kNothingAbove - 1));
   }
   s.sheets.find(square);
   for (std::uint8_t t = 0; t < kTriangles; ++t) {

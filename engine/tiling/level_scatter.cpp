@@ -1,5 +1,6 @@
 #include "engine/tiling/level_scatter.h"
 
+#include "engine/lattice/wide.h"
 #include "engine/tiling/level_points.h"
 
 namespace btms {
@@ -14,6 +15,17 @@ ScatterFields scatter_fields(const PassContext& context, const TileTable& coarse
   return fields;
 }
 
+// The points below the surface of their node.
+BTMS_WIDE GroundScatter scatter_below(const NodePoints& points, const PriorPlane& plane) {
+  GroundScatter out;
+  for (std::size_t k = 0; k < points.size; ++k) {
+    const double height_mm = round_half_up(plane.at(points.x_mm[k], points.y_mm[k]));
+    // Neither is beyond 2^30: heights_mm.
+    out.add_below(static_cast<std::int32_t>(height_mm) - points.z_mm[k]);
+  }
+  return out;
+}
+
 }  // namespace
 
 ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
@@ -21,12 +33,7 @@ ScatterFields measure_ground(const PassContext& context, const TileTable& coarse
   ScatterFields fields = scatter_fields(context, coarsest);
   for_each_node_with_points(context, "spread", bins, grid, [&](std::size_t i, NodeId n, const NodePoints& points) {
     if (surfaces[i].is_outside(n)) return;
-    const PriorPlane plane = surfaces[i].plane_of(n);
-    GroundScatter here;
-    for (std::size_t k = 0; k < points.size; ++k)
-      here.add_below(static_cast<std::int64_t>(round_half_up(plane.at(points.x_mm[k], points.y_mm[k]))) -
-                     points.z_mm[k]);
-    *fields[i].cell(coarsest_cell(n.cell, refinements)) += here;
+    *fields[i].cell(coarsest_cell(n.cell, refinements)) += scatter_below(points, surfaces[i].plane_of(n));
   });
   exchange_halo(coarsest, fields, kScatterHalo, context.threads, context.ranks);
   return fields;
