@@ -132,16 +132,16 @@ void link_tile(SparseField<Sheet>& field, const LevelRules& rules, TileLinks& ou
     const Sheet& a = sheets[i];
     if (!inside(a.node)) continue;
     for_each_neighbour(a, [&](const NodeOffset& o, NodeId n) {
-      std::uint32_t j = field.offset(n.cell);
-      for (const Sheet& b : field.cell(n.cell)) {
-        const std::uint32_t here = j++;
-        const bool inner = inside(b.node);
-        if (b.node != node_key(n) || (inner && here < i)) continue;  // every inner edge once
-        if (!compare(a.sheet.plane, b.sheet.plane, o.col * rules.r_mm(), o.row * rules.r_mm(), rules).linked) continue;
-        if (inner)
-          components.unite(i, here);
+      const std::uint32_t end = field.end(n);
+      // Every inner edge once: with the sheet further ahead.
+      if (end == 0 || (field.interior().contains(n.cell) && end <= i)) return;
+      for (std::uint32_t j = field.begin(n); j < end; ++j) {
+        if (!compare(a.sheet.plane, sheets[j].sheet.plane, o.col * rules.r_mm(), o.row * rules.r_mm(), rules).linked)
+          continue;
+        if (field.interior().contains(n.cell))
+          components.unite(i, j);
         else
-          out.links.emplace_back(i, here);
+          out.links.emplace_back(i, j);
       }
     });
   }
