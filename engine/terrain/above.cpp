@@ -21,7 +21,7 @@ struct Presence {
   std::uint64_t squares_mm2 = 0;  // of those on it
 };
 
-// Precondition: on_mm <= near_mm < 65535.
+// Precondition: on_mm <= near_mm.
 BTMS_WIDE Presence presence(const NodePoints& points, const LevelNode& plane, double on_mm, double near_mm) {
   const double a = plane.slope_x / kSlopeUnit, b = plane.slope_y / kSlopeUnit;
   const double mean_x = plane.mean_x_mm, mean_y = plane.mean_y_mm, mean_z = plane.mean_z_mm;
@@ -30,16 +30,16 @@ BTMS_WIDE Presence presence(const NodePoints& points, const LevelNode& plane, do
     const double exact = points.z_mm[i] - mean_z - (a * (points.x_mm[i] - mean_x) + b * (points.y_mm[i] - mean_y));
     const double e = std::abs(exact) <= near_mm ? exact : 2 * near_mm;
     const std::uint32_t on = std::abs(e) <= on_mm ? 1 : 0;
-    const auto whole = static_cast<std::uint32_t>(static_cast<std::int32_t>(round_half_up(e))) * on;
+    const auto whole = static_cast<std::uint32_t>(std::abs(static_cast<std::int32_t>(round_half_up(e)))) * on;
     out.near += std::abs(e) <= near_mm ? 1U : 0U;
     out.on += on;
-    out.squares_mm2 += std::uint32_t{whole * whole};
+    out.squares_mm2 += std::uint64_t{whole} * whole;
   }
   return out;
 }
 
 // Few, mostly in some order already.
-void sort_few(std::vector<std::int64_t>& v) {
+void sort_few(std::span<std::int64_t> v) {
   if (v.size() > 32) return std::sort(v.begin(), v.end());
   for (std::size_t i = 1; i < v.size(); ++i) {
     const std::int64_t value = v[i];
@@ -113,13 +113,37 @@ void SheetFinder::find(const Square& square) {
 // Groups that may be sheets.
 void SheetFinder::split(const PointsOverSurface& node, Node& out) {
   if (node.off < kSheetPoints) return;
-  const std::int32_t* heights = node.heights_mm;
-  order_.clear();
-  for (std::size_t i = 0; i < node.points.size; ++i)
-    if (heights[i] > node.terrain_mm || heights[i] < -room_mm_)
-      order_.push_back(std::int64_t{heights[i]} * (std::int64_t{1} << 32) + static_cast<std::int64_t>(i));
-  sort_few(order_);
-  const std::size_t n = order_.size();
+  // No branch: whether a point is off the surface is hard to foresee.
+  if (order_.size() < node.points.size) order_.resize(node.points.size);
+  std::size_t n = 0;
+  std::int32_t lowest = INT32_MAX, highest = INT32_MIN;
+  for (std::size_t i = 0; i < node.points.size; ++i) {
+    const std::int32_t h = node.heights_mm[i];
+    const bool off = (h > node.terrain_mm) | (h < -room_mm_);
+    order_[n] = std::int64_t{h} * (std::int64_t{1} << 32) + static_cast<std::int64_t>(i);
+    n += off ? 1 : 0;
+    lowest = std::min(lowest, off ? h : INT32_MAX);
+    highest = std::max(highest, off ? h : INT32_MIN);
+  }
+  if (std::int64_t{highest} - lowest <= std::min(split_mm_, 2 * room_mm_))
+    out.groups.push_back({0, n, lowest});  // one group, whatever the order
+  else
+    split_sorted(n, out.groups);
+  if (out.groups.empty()) return;
+  out.x_mm.resize(n);
+  out.y_mm.resize(n);
+  out.z_mm.resize(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = static_cast<std::uint32_t>(order_[k]);
+    out.x_mm[k] = node.points.x_mm[i];
+    out.y_mm[k] = node.points.y_mm[i];
+    out.z_mm[k] = node.points.z_mm[i];
+  }
+}
+
+// The first n of order_.
+void SheetFinder::split_sorted(std::size_t n, std::vector<Group>& groups) {
+  sort_few({order_.data(), n});
   const auto height = [&](std::size_t k) { return static_cast<std::int32_t>(order_[k] >> 32); };
   for (std::size_t from = 0, to; from < n; from = to) {
     for (to = from + 1; to < n && height(to) - height(to - 1) <= split_mm_; ++to) {
@@ -131,17 +155,7 @@ void SheetFinder::split(const PointsOverSurface& node, Node& out) {
     std::size_t others = 0;
     for (std::size_t k = from; k > 0 && height(k - 1) >= middle - room_mm_; --k) ++others;
     for (std::size_t k = to; k < n && height(k) <= middle + room_mm_; ++k) ++others;
-    if (others < to - from) out.groups.push_back({from, to, height(from)});
-  }
-  if (out.groups.empty()) return;
-  out.x_mm.resize(n);
-  out.y_mm.resize(n);
-  out.z_mm.resize(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = static_cast<std::uint32_t>(order_[k]);
-    out.x_mm[k] = node.points.x_mm[i];
-    out.y_mm[k] = node.points.y_mm[i];
-    out.z_mm[k] = node.points.z_mm[i];
+    if (others < to - from) groups.push_back({from, to, height(from)});
   }
 }
 

@@ -72,6 +72,7 @@ class SheetFinder {
     std::vector<NodeSheet> sheets;
   };
   void split(const PointsOverSurface& node, Node& out);
+  void split_sorted(std::size_t n, std::vector<Group>& groups);
   void keep(const PointsOverSurface& node, LevelNode plane, std::vector<NodeSheet>& sheets) const;
 
   LevelRules rules_;
