@@ -10,7 +10,6 @@
 #include "apps/btms/open_map.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/stop_signal.h"
-#include "apps/btms/tile_cache.h"
 #include "engine/error.h"
 #include "engine/tiling/label.h"
 
@@ -50,7 +49,6 @@ std::string check_cover(const PointFile& file, const LabelCounts& counts, const 
 
 int run_label(const LabelCommand& command) {
   const auto reader = open_map(command.map);
-  const TileCache map(*reader);
   const InputList list = expand_inputs(command.inputs);
   const PointFiles files = open_all(list.paths);
   log_warnings(list, files);
@@ -67,7 +65,7 @@ int run_label(const LabelCommand& command) {
   for (const auto& file : files) {
     const auto writer = create_labels(*file, command.output);
     const auto write = [&](std::uint64_t first, std::span<const Label> labels) { writer->write(first, labels); };
-    const LabelCounts counts = label_points(*file, map, reader->info().parameters, *threads, write, progress);
+    const LabelCounts counts = label_points(*file, *reader, reader->info().parameters, *threads, write, progress);
     throw_if_stopped();
     const std::string warning = check_cover(*file, counts, command.map);
     if (!warning.empty()) report.warnings.push_back(warning);

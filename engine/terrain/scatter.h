@@ -27,9 +27,12 @@ struct Scatter {
 // on a forest floor or in an old survey). Points of the ground lie on both sides of the surface, plants and furniture
 // only above it; so it is told from the points below.
 struct GroundScatter : Scatter {
-  void add_below(std::int64_t below_mm) {
-    constexpr std::int64_t kDeepest_mm = 1000;  // further down is noise, or another surface
-    if (below_mm > 0 && below_mm < kDeepest_mm) add(below_mm);
+  void add_below(std::int32_t below_mm) {
+    constexpr std::int32_t kDeepest_mm = 1000;  // further down is noise, or another surface
+    // No branch: loops over it vectorise.
+    const std::int32_t counts = (below_mm > 0 ? 1 : 0) & (below_mm < kDeepest_mm ? 1 : 0), e_mm = below_mm * counts;
+    squares_mm2 += std::int32_t{e_mm * e_mm};
+    count += counts;
   }
   // Few points hardly move it from what surveys usually have.
   double rms_mm() const {

@@ -6,7 +6,6 @@
 #include <tuple>
 #include <utility>
 
-#include "engine/error.h"
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/above.h"
 #include "engine/terrain/level_links.h"
@@ -59,46 +58,65 @@ struct TileLinks {
 
 FinalPlane surface_of(const TerrainTile& tile, NodeId n) { return FinalPlane::through(n.triangle, tile.corners_mm(n)); }
 
+// What a worker keeps for the points of a square.
+struct AboveScratch {
+  explicit AboveScratch(const LevelRules& rules) : sheets(rules) {}
+  std::vector<std::int32_t> heights;
+  SheetFinder sheets;
+};
+
+// Layers of the nodes of a square, and their sheets.
+void look_above(Cell c, const SquarePoints& points, const LevelRules& rules, AboveScratch& s, TerrainTile& tile,
+                std::vector<Sheet>& found) {
+  std::size_t all = 0;
+  for (const NodePoints& p : points) all += p.size;
+  if (s.heights.size() < all) s.heights.resize(all);
+  std::int32_t* heights = s.heights.data();
+  SheetFinder::Square square{};
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    NodeSurface& node = tile.nodes[tile.node_index({c, t})];
+    if (points[t].size == 0 || node.state == NodeState::kUnknown) continue;
+    const FinalPlane surface = surface_of(tile, {c, t});
+    const NodeLook look = look_over(points[t], surface, rules.r_mm(), node.terrain_mm, s.sheets.room_mm(), heights);
+    square[t] = {points[t], heights, surface, node.terrain_mm, look.off};
+    heights += points[t].size;
+    node.roughness_mm = look.roughness_mm;
+    if (look.clearance_mm != kNoneAbove)
+      node.clearance_mm = static_cast<std::uint16_t>(std::min(look.clearance_mm, kNothingAbove - 1));
+  }
+  s.sheets.find(square);
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    std::uint64_t ordinal = 0;
+    for (const NodeSheet& sheet : s.sheets.sheets(t))
+      found.push_back({.node = node_key({c, t}), .ordinal = ordinal++, .sheet = sheet});
+  }
+}
+
+using SheetLists = Paged<std::vector<Sheet>>;  // one a tile
+
 // Layers of every node with points and a surface; the sheets of each tile.
-std::vector<std::vector<Sheet>> look_above(const PassContext& context, const OrderedPoints& points,
-                                           const LevelRules& rules, FinishedTiles& tiles) {
-  struct Scratch {
-    std::vector<std::int32_t> heights;
-    SheetScratch sheets;
-    std::vector<NodeSheet> found;
-    std::vector<Sheet> of_bin;
+SheetLists look_above(const PassContext& context, const OrderedPoints& points, const LevelRules& rules,
+                      FinishedTiles& tiles) {
+  struct Worker {
+    AboveScratch scratch;
+    std::vector<Sheet> found;
   };
-  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
-  std::vector<std::vector<Sheet>> by_tile(tiles.size());
+  std::vector<Worker> workers(static_cast<std::size_t>(context.threads.count()), {AboveScratch(rules), {}});
+  SheetLists sheets(context.pager, tiles.size());
   std::mutex mutex;
-  points.for_each_bin(
-      "above", context.threads, context.progress,
-      [&](std::size_t i, BinId bin_id, const OrderedPoints::Bin& bin, int worker) {
-        Scratch& s = scratch[static_cast<std::size_t>(worker)];
-        s.of_bin.clear();
-        const InUse in_memory({writes(tiles)}, i);
-        TerrainTile& tile = tiles[i];
-        for_each_square(bin, cells_of(bin_id, points.order().refinements()), [&](Cell c, const SquarePoints& square) {
-          for (std::uint8_t t = 0; t < kTriangles; ++t) {
-            const NodeId id{c, t};
-            NodeSurface& node = tile.nodes[tile.node_index(id)];
-            if (square[t].size == 0 || node.state == NodeState::kUnknown) continue;
-            const FinalPlane surface = surface_of(tile, id);
-            const std::int32_t limit_mm = node.terrain_mm;
-            heights_over(square[t], surface, rules.r_mm(), s.heights);
-            const NodeLayers layers = node_layers(s.heights, limit_mm);
-            node.roughness_mm = layers.roughness_mm;
-            if (layers.clearance_mm != kNoneAbove)
-              node.clearance_mm = static_cast<std::uint16_t>(std::min(layers.clearance_mm, kNothingAbove - 1));
-            find_sheets(square[t], s.heights, t, surface, limit_mm, rules, s.sheets, s.found);
-            for (std::size_t k = 0; k < s.found.size(); ++k)
-              s.of_bin.push_back({.node = node_key(id), .ordinal = k, .sheet = s.found[k]});
-          }
-        });
-        const std::lock_guard lock(mutex);
-        by_tile[i].insert(by_tile[i].end(), s.of_bin.begin(), s.of_bin.end());
-      });
-  return by_tile;
+  points.for_each_bin("above", context.threads, context.progress,
+                      [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int worker) {
+                        const InUse tile({writes(tiles), writes(sheets)}, i);
+                        Worker& w = workers[static_cast<std::size_t>(worker)];
+                        w.found.clear();
+                        for_each_square(bin, cells_of(id, points.order().refinements()),
+                                        [&](Cell c, const SquarePoints& square) {
+                                          look_above(c, square, rules, w.scratch, tiles[i], w.found);
+                                        });
+                        const std::lock_guard lock(mutex);
+                        sheets[i].insert(sheets[i].end(), w.found.begin(), w.found.end());
+                      });
+  return sheets;
 }
 
 // Calls fn(offset of the neighbour's cell from the sheet's, the neighbour).
@@ -118,16 +136,16 @@ void link_tile(SparseField<Sheet>& field, const LevelRules& rules, TileLinks& ou
     const Sheet& a = sheets[i];
     if (!inside(a.node)) continue;
     for_each_neighbour(a, [&](const NodeOffset& o, NodeId n) {
-      std::uint32_t j = field.offset(n.cell);
-      for (const Sheet& b : field.cell(n.cell)) {
-        const std::uint32_t here = j++;
-        const bool inner = inside(b.node);
-        if (b.node != node_key(n) || (inner && here < i)) continue;  // every inner edge once
-        if (!compare(a.sheet.plane, b.sheet.plane, o.col * rules.r_mm(), o.row * rules.r_mm(), rules).linked) continue;
-        if (inner)
-          components.unite(i, here);
+      const std::uint32_t end = field.end(n);
+      // Every inner edge once: with the sheet further ahead.
+      if (end == 0 || (field.interior().contains(n.cell) && end <= i)) return;
+      for (std::uint32_t j = field.begin(n); j < end; ++j) {
+        if (!compare(a.sheet.plane, sheets[j].sheet.plane, o.col * rules.r_mm(), o.row * rules.r_mm(), rules).linked)
+          continue;
+        if (field.interior().contains(n.cell))
+          components.unite(i, j);
         else
-          out.links.emplace_back(i, here);
+          out.links.emplace_back(i, j);
       }
     });
   }
@@ -169,13 +187,14 @@ void above_pass(const PassContext& context, const OrderedPoints& points, Finishe
   const TileTable& table = context.table;
   const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false,
                          false);  // a deck is not smooth ground: the wider scale
-  std::vector<std::vector<Sheet>> found = look_above(context, points, rules, tiles);
+  SheetLists found = look_above(context, points, rules, tiles);
 
   SparseFields<Sheet> sheets(context.pager, tiles.size());
-  context.for_each_tile("sheets", {writes(sheets)}, [&](std::size_t i, int) {
+  context.for_each_tile("sheets", {reads(found), writes(sheets)}, [&](std::size_t i, int) {
     sheets[i] = SparseField<Sheet>(table.tiles()[i].box, kLinkHalo);
-    sheets[i].assign(std::move(found[i]));
+    sheets[i].assign(found[i]);
   });
+  found = {};
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);
   std::vector<TileLinks> linked(tiles.size());
   context.for_each_tile("link sheets", {writes(sheets)},

@@ -1,7 +1,11 @@
 #include "engine/tiling/label.h"
 
+#include <smmintrin.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -11,12 +15,13 @@
 #include "engine/error.h"
 #include "engine/lattice/divider.h"
 #include "engine/lattice/plane.h"
+#include "engine/lattice/wide.h"
 
 namespace btms {
 namespace {
 
-constexpr std::size_t kBlockPoints = 1 << 15;
-constexpr std::size_t kCacheBytes = std::size_t{512} << 20;
+constexpr std::size_t kBlockPoints = 1 << 15;  // per read and write
+constexpr std::size_t kChunkPoints = 1 << 11;  // located and labelled at a time, in the first-level cache
 
 // A node's final plane, ready for Eq 14: a point at offset (x, y) from the square's centre and height z above its
 // centre corner is terrain when z - (a x + b y) <= terrain, and far below when it is < below; millimetres, measured
@@ -64,7 +69,8 @@ struct LabelTile {
 // tile they want.
 class LabelTiles {
  public:
-  LabelTiles(const TileSource& map, const Parameters& parameters) : map_(map), parameters_(parameters) {}
+  LabelTiles(const TileSource& map, const Parameters& parameters, std::size_t cache_bytes)
+      : map_(map), parameters_(parameters), cache_bytes_(cache_bytes) {}
 
   // nullptr where the map has no tile.
   std::shared_ptr<const LabelTile> get(TileId id) {
@@ -107,7 +113,7 @@ class LabelTiles {
     if (loaded.forgotten) return;
     loaded.bytes = bytes;
     bytes_ += bytes;
-    while (bytes_ > kCacheBytes && order_.size() > 1) {
+    while (bytes_ > cache_bytes_ && order_.size() > 1) {
       const auto oldest = entries_.find(order_.back());
       bytes_ -= oldest->second->bytes;
       oldest->second->forgotten = true;
@@ -118,44 +124,56 @@ class LabelTiles {
 
   const TileSource& map_;
   const Parameters& parameters_;
+  const std::size_t cache_bytes_;
   std::mutex mutex_;
   std::list<TileId> order_;
   std::unordered_map<TileId, std::shared_ptr<Entry>, TileIdHash> entries_;
   std::size_t bytes_ = 0;
 };
 
-// Columns or rows of a block's points: whole cells and the offset from their centres.
+// Columns or rows of a chunk of points: whole cells and the offset from their centres.
 struct Axis {
-  std::vector<std::int32_t> cell;
-  std::vector<std::int32_t> offset2;  // half millimetres
+  static constexpr std::int32_t kDropped = INT32_MIN;  // no cell
 
-  void locate(const std::vector<std::int64_t>& at_mm, const std::vector<std::int64_t>& valid, std::int32_t r_mm) {
-    const std::size_t n = at_mm.size();
-    cell.resize(n);
-    offset2.resize(n);
+  std::int32_t cell[kChunkPoints];
+  std::int32_t offset2[kChunkPoints];  // half millimetres
+
+  // x_mm says which points were dropped.
+  void locate(const std::int64_t* at_mm, const std::int64_t* x_mm, std::size_t n, bool any_dropped, std::int32_t r_mm) {
     std::int64_t low = INT64_MAX, high = INT64_MIN;
     for (std::size_t i = 0; i < n; ++i) {
-      if (valid[i] == PointBlock::kDroppedX) continue;
+      if (any_dropped && x_mm[i] == PointBlock::kDroppedX) continue;
       low = std::min(low, at_mm[i]);
       high = std::max(high, at_mm[i]);
     }
-    if (low > high) return;  // every point dropped
-    const std::int64_t first = floor_div(low, r_mm), base = first * r_mm;
-    if (high - base <= Divider::kMaxOffset) {
-      const Divider divide(static_cast<std::uint32_t>(r_mm));
-      for (std::size_t i = 0; i < n; ++i) {
-        // Unsigned: dropped points wrap to nonsense that nobody looks at.
-        const auto u =
-            static_cast<std::uint32_t>(static_cast<std::uint64_t>(at_mm[i]) - static_cast<std::uint64_t>(base));
-        const std::uint32_t c = divide(u);
-        cell[i] = static_cast<std::int32_t>(first) + static_cast<std::int32_t>(c);
-        offset2[i] = static_cast<std::int32_t>(2 * (u - c * static_cast<std::uint32_t>(r_mm)) -
-                                               static_cast<std::uint32_t>(r_mm));
-      }
-      return;
+    if (low <= high) {
+      const std::int64_t first = floor_div(low, r_mm), base = first * r_mm;
+      if (high - base <= Divider::kMaxOffset)
+        divide_near(at_mm, n, static_cast<std::int32_t>(first), base, static_cast<std::uint32_t>(r_mm));
+      else
+        divide_far(at_mm, x_mm, n, r_mm);
     }
+    if (!any_dropped) return;
+    for (std::size_t i = 0; i < n; ++i)
+      if (x_mm[i] == PointBlock::kDroppedX) cell[i] = kDropped;
+  }
+
+ private:
+  BTMS_WIDE void divide_near(const std::int64_t* at_mm, std::size_t n, std::int32_t first, std::int64_t base,
+                             std::uint32_t r) {
+    const Divider divide(r);
     for (std::size_t i = 0; i < n; ++i) {
-      if (valid[i] == PointBlock::kDroppedX) continue;
+      // Unsigned: dropped points wrap to nonsense that nobody looks at.
+      const auto u =
+          static_cast<std::uint32_t>(static_cast<std::uint64_t>(at_mm[i]) - static_cast<std::uint64_t>(base));
+      const std::uint32_t c = divide(u);
+      cell[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(first) + c);
+      offset2[i] = static_cast<std::int32_t>(2 * (u - c * r) - r);
+    }
+  }
+  void divide_far(const std::int64_t* at_mm, const std::int64_t* x_mm, std::size_t n, std::int32_t r_mm) {
+    for (std::size_t i = 0; i < n; ++i) {
+      if (x_mm[i] == PointBlock::kDroppedX) continue;
       const std::int64_t c = floor_div(at_mm[i], r_mm);
       cell[i] = static_cast<std::int32_t>(c);
       offset2[i] = static_cast<std::int32_t>(2 * (at_mm[i] - c * r_mm) - r_mm);
@@ -163,27 +181,106 @@ struct Axis {
   }
 };
 
+// Points over one tile: columns of a chunk from its `first` on.
+struct Run {
+  const Axis& col;
+  const Axis& row;
+  const std::int32_t* z_mm;  // of the chunk
+  std::size_t first, end;
+};
+
+// How many points from `first` on lie inside the box, without a gap.
+BTMS_WIDE std::size_t end_inside(const Axis& col, const Axis& row, std::size_t first, std::size_t n,
+                                 const CellBox& box) {
+  const auto inside = [&](std::size_t i) {  // no `&&`: the loop over all of them has no branch
+    return static_cast<std::int32_t>(col.cell[i] >= box.col0) & static_cast<std::int32_t>(col.cell[i] < box.col1) &
+           static_cast<std::int32_t>(row.cell[i] >= box.row0) & static_cast<std::int32_t>(row.cell[i] < box.row1);
+  };
+  std::int32_t all = 1;
+  for (std::size_t i = first; i < n; ++i) all &= inside(i);
+  if (all != 0) return n;
+  std::size_t end = first;
+  while (end < n && inside(end) != 0) ++end;
+  return end;
+}
+
+// Index of each point's node in its tile.
+BTMS_WIDE void find_nodes(const Run& run, const CellBox& box, std::uint32_t* nodes) {
+  const auto cols = static_cast<std::uint32_t>(box.cols());
+  for (std::size_t i = run.first; i < run.end; ++i) {
+    const auto square = static_cast<std::uint32_t>(run.row.cell[i] - box.row0) * cols +
+                        static_cast<std::uint32_t>(run.col.cell[i] - box.col0);
+    const std::int32_t u2 = run.col.offset2[i], v2 = run.row.offset2[i];
+    const std::uint32_t p = static_cast<std::uint32_t>(u2 + v2) >> 31, q = static_cast<std::uint32_t>(u2 - v2) >> 31;
+    nodes[i] = square * kTriangles + (2 * p | (p ^ q));  // triangle_of(), in the width of the loop
+  }
+}
+
+// Eq 14.
+Label label_one(const Run& run, const LabelTile& tile, const std::uint32_t* nodes, std::size_t i,
+                std::uint64_t& outside) {
+  const LabelPlane& plane = tile.planes[nodes[i]];
+  const std::int64_t dz = std::int64_t{run.z_mm[i]} - tile.centre_mm[nodes[i] / kTriangles];
+  const float above = static_cast<float>(dz) - (plane.a * (0.5f * static_cast<float>(run.col.offset2[i])) +
+                                                plane.b * (0.5f * static_cast<float>(run.row.offset2[i])));
+  outside += plane.terrain == -INFINITY;
+  return above < plane.below ? Label::kBelow : above <= plane.terrain ? Label::kTerrain : Label::kObstacle;
+}
+
+// The same for four points from i on, a lane each.
+void label_four(const Run& run, const LabelTile& tile, const std::uint32_t* nodes, std::size_t i,
+                std::uint64_t& outside, Label* labels) {
+  const auto load = [](const std::int32_t* from) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)); };
+  const auto plane = [&](std::size_t k) { return _mm_loadu_ps(&tile.planes[nodes[i + k]].a); };
+  const auto centre = [&](std::size_t k) { return tile.centre_mm[nodes[i + k] / kTriangles]; };
+  const auto all = [](Label l) { return _mm_set1_epi32(static_cast<std::int32_t>(l)); };
+  __m128 a = plane(0), b = plane(1), terrain = plane(2), below = plane(3);
+  _MM_TRANSPOSE4_PS(a, b, terrain, below);
+  const __m128 half = _mm_set1_ps(0.5F);
+  const __m128 x = _mm_mul_ps(half, _mm_cvtepi32_ps(load(run.col.offset2 + i)));
+  const __m128 y = _mm_mul_ps(half, _mm_cvtepi32_ps(load(run.row.offset2 + i)));
+  const __m128i dz = _mm_sub_epi32(load(run.z_mm + i), _mm_setr_epi32(centre(0), centre(1), centre(2), centre(3)));
+  const __m128 above = _mm_sub_ps(_mm_cvtepi32_ps(dz), _mm_add_ps(_mm_mul_ps(a, x), _mm_mul_ps(b, y)));
+  const auto mask = [](__m128 m) { return _mm_castps_si128(m); };
+  __m128i label = _mm_blendv_epi8(all(Label::kObstacle), all(Label::kTerrain), mask(_mm_cmple_ps(above, terrain)));
+  label = _mm_blendv_epi8(label, all(Label::kBelow), mask(_mm_cmplt_ps(above, below)));
+  const std::int32_t bytes = _mm_cvtsi128_si32(_mm_packus_epi16(_mm_packs_epi32(label, label), label));
+  std::memcpy(labels + i, &bytes, sizeof bytes);
+  outside += static_cast<unsigned>(
+      std::popcount(static_cast<unsigned>(_mm_movemask_ps(_mm_cmpeq_ps(terrain, _mm_set1_ps(-INFINITY))))));
+}
+
+void label_run(const Run& run, const LabelTile& tile, std::uint32_t* nodes, std::uint64_t& outside, Label* labels) {
+  find_nodes(run, tile.box, nodes);
+  std::size_t i = run.first;
+  for (; i + 4 <= run.end; i += 4) label_four(run, tile, nodes, i, outside, labels);
+  for (; i < run.end; ++i) labels[i] = label_one(run, tile, nodes, i, outside);
+}
+
 struct Scratch {
   PointBlock block;
   Axis col, row;
+  std::uint32_t nodes[kChunkPoints];
   std::vector<Label> labels;
   TileId tile_id{INT32_MIN, INT32_MIN};
   std::shared_ptr<const LabelTile> tile;  // the one the last point fell into
   LabelCounts counts;
 };
 
-void label_block(Scratch& s, const MapLayout& layout, LabelTiles& tiles) {
-  const std::size_t n = s.block.size();
-  s.labels.resize(n);
-  s.col.locate(s.block.x_mm, s.block.x_mm, layout.lattice.resolution_mm());
-  s.row.locate(s.block.y_mm, s.block.x_mm, layout.lattice.resolution_mm());
-  for (std::size_t i = 0; i < n; ++i) {
-    if (s.block.x_mm[i] == PointBlock::kDroppedX) {
-      s.labels[i] = Label::kDropped;
-      ++s.counts.dropped;
+// Points [at, at + n) of the block.
+void label_chunk(Scratch& s, std::size_t at, std::size_t n, const MapLayout& layout, LabelTiles& tiles) {
+  const std::int64_t *x_mm = s.block.x_mm.data() + at, *y_mm = s.block.y_mm.data() + at;
+  const std::int32_t r_mm = layout.lattice.resolution_mm();
+  const bool any_dropped = s.block.dropped() > 0;
+  s.col.locate(x_mm, x_mm, n, any_dropped, r_mm);
+  s.row.locate(y_mm, x_mm, n, any_dropped, r_mm);
+  Label* labels = s.labels.data() + at;
+  for (std::size_t i = 0; i < n;) {
+    const Cell cell{s.col.cell[i], s.row.cell[i]};
+    if (cell.col == Axis::kDropped) {
+      labels[i++] = Label::kDropped;
       continue;
     }
-    const Cell cell{s.col.cell[i], s.row.cell[i]};
     if (!s.tile || !s.tile->box.contains(cell)) {
       const TileId id = layout.grid.tile_of(cell);
       if (id != s.tile_id) {
@@ -191,35 +288,44 @@ void label_block(Scratch& s, const MapLayout& layout, LabelTiles& tiles) {
         s.tile_id = id;
       }
       if (!s.tile || !s.tile->box.contains(cell)) {
-        s.labels[i] = Label::kObstacle;
-        ++s.counts.obstacle;
+        labels[i++] = Label::kObstacle;
         ++s.counts.outside;
         continue;
       }
     }
-    const std::size_t square = static_cast<std::size_t>(
-        (std::int64_t{cell.row} - s.tile->box.row0) * s.tile->box.cols() + (cell.col - s.tile->box.col0));
-    const LabelPlane& plane = s.tile->planes[square * kTriangles + triangle_of(s.col.offset2[i], s.row.offset2[i])];
-    const std::int64_t dz = std::int64_t{s.block.z_mm[i]} - s.tile->centre_mm[square];
-    const float above = static_cast<float>(dz) - (plane.a * (0.5f * static_cast<float>(s.col.offset2[i])) +
-                                                  plane.b * (0.5f * static_cast<float>(s.row.offset2[i])));
-    // Eq 14
-    const Label label = above < plane.below      ? Label::kBelow
-                        : above <= plane.terrain ? Label::kTerrain
-                                                 : Label::kObstacle;
-    s.labels[i] = label;
-    s.counts.terrain += label == Label::kTerrain;
-    s.counts.below += label == Label::kBelow;
-    s.counts.obstacle += label == Label::kObstacle;
-    s.counts.outside += plane.terrain == -INFINITY;
+    const Run run{s.col, s.row, s.block.z_mm.data() + at, i, end_inside(s.col, s.row, i, n, s.tile->box)};
+    label_run(run, *s.tile, s.nodes, s.counts.outside, labels);
+    i = run.end;
   }
+}
+
+BTMS_WIDE void count_labels(const std::vector<Label>& labels, LabelCounts& counts) {
+  std::uint32_t of[4] = {};
+  for (const Label l : labels) {
+    of[0] += l == Label::kDropped;
+    of[1] += l == Label::kTerrain;
+    of[2] += l == Label::kObstacle;
+    of[3] += l == Label::kBelow;
+  }
+  counts.dropped += of[0];
+  counts.terrain += of[1];
+  counts.obstacle += of[2];
+  counts.below += of[3];
+}
+
+void label_block(Scratch& s, const MapLayout& layout, LabelTiles& tiles) {
+  s.labels.resize(s.block.size());
+  for (std::size_t at = 0; at < s.labels.size(); at += kChunkPoints)
+    label_chunk(s, at, std::min(kChunkPoints, s.labels.size() - at), layout, tiles);
+  count_labels(s.labels, s.counts);
 }
 
 }  // namespace
 
 LabelCounts label_points(const PointSource& source, const TileSource& map, const Parameters& parameters,
-                         const Threads& threads, const LabelConsumer& consumer, Progress& progress) {
-  LabelTiles tiles(map, parameters);
+                         const Threads& threads, const LabelConsumer& consumer, Progress& progress,
+                         std::size_t cache_bytes) {
+  LabelTiles tiles(map, parameters, cache_bytes);
   std::vector<Scratch> scratch(static_cast<std::size_t>(threads.count()));
   const MapLayout layout = map.layout();
   progress.begin("label", source.size(), "points");

@@ -1,6 +1,7 @@
 // Labels points against a finished model (paper Eq 14): stream the inputs again, one label per input point, in order.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -23,8 +24,12 @@ struct LabelCounts {
 // once.
 using LabelConsumer = std::function<void(std::uint64_t first, std::span<const Label> labels)>;
 
-// Labels every point of `source`. `map` must be built with `parameters`. Throws what source, map or consumer throw.
+inline constexpr std::size_t kLabelCacheBytes = std::size_t{512} << 20;
+
+// Labels every point of `source`. `map` must be built with `parameters`. Streams: beside a block of points a thread,
+// memory holds the tiles used last, `cache_bytes` of them. Throws what source, map or consumer throw.
 LabelCounts label_points(const PointSource& source, const TileSource& map, const Parameters& parameters,
-                         const Threads& threads, const LabelConsumer& consumer, Progress& progress);
+                         const Threads& threads, const LabelConsumer& consumer, Progress& progress,
+                         std::size_t cache_bytes = kLabelCacheBytes);
 
 }  // namespace btms

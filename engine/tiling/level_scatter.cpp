@@ -1,5 +1,6 @@
 #include "engine/tiling/level_scatter.h"
 
+#include "engine/lattice/wide.h"
 #include "engine/tiling/level_points.h"
 
 namespace btms {
@@ -15,10 +16,15 @@ ScatterFields scatter_fields(const PassContext& context, const TileTable& coarse
   return fields;
 }
 
-void add_below(const NodePoints& points, const PriorPlane& plane, GroundScatter& scatter) {
-  for (std::size_t k = 0; k < points.size; ++k)
-    scatter.add_below(static_cast<std::int64_t>(round_half_up(plane.at(points.x_mm[k], points.y_mm[k]))) -
-                      points.z_mm[k]);
+// The points below the surface of their node.
+BTMS_WIDE GroundScatter scatter_below(const NodePoints& points, const PriorPlane& plane) {
+  GroundScatter out;
+  for (std::size_t k = 0; k < points.size; ++k) {
+    const double height_mm = round_half_up(plane.at(points.x_mm[k], points.y_mm[k]));
+    // Neither is beyond 2^30: heights_mm.
+    out.add_below(static_cast<std::int32_t>(height_mm) - points.z_mm[k]);
+  }
+  return out;
 }
 
 }  // namespace
@@ -29,13 +35,12 @@ ScatterFields measure_ground(const PassContext& context, const TileTable& coarse
   points.for_each_bin("spread", context.threads, context.progress,
                       [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int) {
                         const InUse tile({reads(surfaces), writes(fields)}, i);
-                        GroundScatter here;
+                        GroundScatter& here = *fields[i].cell({id.bx, id.by});
                         for_each_square(bin, cells_of(id, refinements), [&](Cell c, const SquarePoints& square) {
                           for (std::uint8_t t = 0; t < kTriangles; ++t)
-                            if (!surfaces[i].is_outside({c, t}))
-                              add_below(square[t], surfaces[i].plane_of({c, t}), here);
+                            if (square[t].size > 0 && !surfaces[i].is_outside({c, t}))
+                              here += scatter_below(square[t], surfaces[i].plane_of({c, t}));
                         });
-                        *fields[i].cell({id.bx, id.by}) = here;
                       });
   exchange_halo(coarsest, fields, kScatterHalo, context.threads, context.ranks);
   return fields;

@@ -146,6 +146,7 @@ class Paged final : public PagedList {
   ~Paged() override { clear(); }
 
   std::size_t size() const { return slots_.size(); }
+  Pager& pager() const { return *pager_; }
   // Precondition: in use.
   T& operator[](std::size_t i) { return slots_[i]->value; }
   const T& operator[](std::size_t i) const { return slots_[i]->value; }

@@ -24,12 +24,16 @@ class SparseField {
   const CellBox& held() const { return held_; }
 
   // Sorts what is given; interior and halo.
-  void assign(std::vector<T> values) {
-    values_ = std::move(values);
-    std::sort(values_.begin(), values_.end());
-    begin_.assign(static_cast<std::size_t>(held_.cells()) + 1, 0);
-    for (const T& v : values_) ++begin_[cell_index(node_of_key(v.node).cell) + 1];
-    for (std::size_t k = 1; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
+  void assign(const std::vector<T>& values) {
+    begin_.assign(static_cast<std::size_t>(held_.cells()) * kTriangles + 2, 0);
+    for (const T& v : values) ++begin_[node_index(node_of_key(v.node)) + 2];
+    for (std::size_t k = 2; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
+    values_.resize(values.size());
+    for (const T& v : values) values_[begin_[node_index(node_of_key(v.node)) + 1]++] = v;
+    begin_.pop_back();
+    // What a node has comes from one place, mostly in order.
+    for (std::size_t k = 0; k + 1 < values_.size(); ++k)
+      if (values_[k + 1] < values_[k]) return std::sort(values_.begin(), values_.end());
   }
 
   template <class Fn>
@@ -38,30 +42,27 @@ class SparseField {
   }
   std::span<T> values() { return values_; }
   std::span<const T> values() const { return values_; }
-  // The values of the nodes of a cell. Precondition: held() contains it.
-  std::span<const T> cell(Cell c) const {
-    const std::size_t k = cell_index(c);
-    return std::span<const T>(values_).subspan(begin_[k], begin_[k + 1] - begin_[k]);
-  }
-  // Position in values() of the first of them.
-  std::uint32_t offset(Cell c) const { return begin_[cell_index(c)]; }
+  // Positions in values() of those of a node, [begin, end). Precondition: held() contains its cell.
+  std::uint32_t begin(NodeId n) const { return begin_[node_index(n)]; }
+  std::uint32_t end(NodeId n) const { return begin_[node_index(n) + 1]; }
 
   void append(const CellBox& box, std::vector<T>& out) const {
     for (std::int32_t row = box.row0; row < box.row1; ++row)
-      for (std::int32_t col = box.col0; col < box.col1; ++col) {
-        const auto values = cell({col, row});
-        out.insert(out.end(), values.begin(), values.end());
-      }
+      out.insert(out.end(), values_.begin() + begin({{box.col0, row}, 0}),
+                 values_.begin() + end({{box.col1 - 1, row}, kTriangles - 1}));
   }
 
  private:
-  std::size_t cell_index(Cell c) const {
-    return static_cast<std::size_t>((std::int64_t{c.row} - held_.row0) * held_.cols() + (c.col - held_.col0));
+  std::size_t node_index(NodeId n) const {
+    return static_cast<std::size_t>((std::int64_t{n.cell.row} - held_.row0) * held_.cols() +
+                                    (n.cell.col - held_.col0)) *
+               kTriangles +
+           n.triangle;
   }
 
   CellBox interior_, held_;
   std::vector<T> values_;
-  std::vector<std::uint32_t> begin_;  // per cell of held(), and one more
+  std::vector<std::uint32_t> begin_;  // per node of held(), and one more
 };
 
 template <class T>
@@ -74,11 +75,12 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
                    Ranks& ranks) {
   const auto& tiles = table.tiles();
   const auto mine = [&](std::size_t i) { return tiles[i].owner == ranks.rank(); };
-  std::vector<std::vector<T>> filled(tiles.size());
+  Paged<std::vector<T>> filled(fields.pager(), tiles.size());
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
     if (!mine(i)) return;
+    const auto to = filled.edit(i);
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& part) {
-      if (mine(j)) fields.view(j)->append(part, filled[i]);
+      if (mine(j)) fields.view(j)->append(part, *to);
     });
   });
   if (ranks.size() > 1) {
@@ -105,11 +107,13 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
       for (std::size_t at = 0; at < in.size(); at += sizeof(Addressed)) {
         Addressed a;
         std::memcpy(&a, in.data() + at, sizeof a);
-        filled[static_cast<std::size_t>(a.tile)].push_back(a.value);
+        filled.edit(static_cast<std::size_t>(a.tile))->push_back(a.value);
       }
   }
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
-    if (mine(i)) fields.edit(i)->assign(std::move(filled[i]));
+    if (!mine(i)) return;
+    fields.edit(i)->assign(*filled.view(i));
+    filled.drop(i);
   });
 }
 

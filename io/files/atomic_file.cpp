@@ -113,6 +113,11 @@ void AtomicFile::write(std::uint64_t offset, std::span<const std::uint8_t> bytes
   }
 }
 
+void AtomicFile::start_writing(std::uint64_t offset, std::uint64_t bytes) const {
+  // Only a head start; sync() decides, and reports what goes wrong.
+  ::sync_file_range(fd_.get(), static_cast<off_t>(offset), static_cast<off_t>(bytes), SYNC_FILE_RANGE_WRITE);
+}
+
 void AtomicFile::check(std::span<const std::uint8_t> bytes) const {
   struct stat info {};
   if (::fstat(fd_.get(), &info) != 0) fail(errno, "check");
@@ -127,7 +132,7 @@ void AtomicFile::check(std::span<const std::uint8_t> bytes) const {
     done += static_cast<std::size_t>(got);
   }
   if (!equal) throw Error(ErrorCode::kFailed, "reads back differently from what was written", path_.string());
-  ::sync_file_range(fd_.get(), 0, 0, SYNC_FILE_RANGE_WRITE);  // only a head start, sync() decides
+  start_writing(0, bytes.size());
 }
 
 void AtomicFile::sync() {

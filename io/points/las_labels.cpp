@@ -36,15 +36,17 @@ class LasLabels final : public LabelWriter {
     const std::size_t stride = header_.record_bytes, most = kBlockBytes / stride;
     const InputFile::Session session = input_.open();
     BufferPool::Lease buffer = pool_.take(kBlockBytes);
+    const std::uint64_t begin = header_.points_offset + first * stride;
     for (std::size_t done = 0; done < labels.size();) {
       const std::size_t n = std::min(most, labels.size() - done);
-      const std::uint64_t at = header_.points_offset + (first + done) * stride;
+      const std::uint64_t at = begin + done * stride;
       const std::span<std::uint8_t> records = buffer.bytes().first(n * stride);
       session.read(at, records);
       classify(labels.subspan(done, n), records);
       output_.write(at, records);
       done += n;
     }
+    output_.start_writing(begin, labels.size() * stride);
     labelled_ += labels.size();
   }
 

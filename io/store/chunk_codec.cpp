@@ -72,13 +72,14 @@ std::vector<std::uint8_t> ChunkEncoder::encode(std::span<const std::uint8_t> val
     shuffle(values, element_bytes, shuffled_.data());
     source = shuffled_.data();
   }
-  std::vector<std::uint8_t> out(libdeflate_zlib_compress_bound(compressor, values.size()) + kChecksum_bytes);
-  const std::size_t size =
-      libdeflate_zlib_compress(compressor, source, values.size(), out.data(), out.size() - kChecksum_bytes);
+  const std::size_t room = libdeflate_zlib_compress_bound(compressor, values.size());
+  if (deflated_.size() < room) deflated_.resize(room);
+  const std::size_t size = libdeflate_zlib_compress(compressor, source, values.size(), deflated_.data(), room);
   if (size == 0) throw Error(ErrorCode::kFailed, "the compressor ran out of room");
-  const std::uint32_t sum = fletcher32({out.data(), size});
+  const std::uint32_t sum = fletcher32({deflated_.data(), size});
+  std::vector<std::uint8_t> out(size + kChecksum_bytes);
+  std::memcpy(out.data(), deflated_.data(), size);
   std::memcpy(out.data() + size, &sum, sizeof sum);
-  out.resize(size + kChecksum_bytes);
   return out;
 }
 

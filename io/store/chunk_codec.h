@@ -26,7 +26,7 @@ class ChunkEncoder {
 
  private:
   void* compressor_;
-  std::vector<std::uint8_t> shuffled_;
+  std::vector<std::uint8_t> shuffled_, deflated_;  // kept between calls
 };
 
 class ChunkDecoder {

@@ -175,7 +175,10 @@ std::vector<std::uint8_t> gather(const LayerInfo& layer, const TerrainTile& tile
     case LayerId::kGisCost:
       return fill_raster<float>(s, squares(square_cost));
     case LayerId::kUpperElevation:
-      return fill_raster<float>(s, squares(square_upper_m));
+      return fill_raster<float>(s,
+                                [&, upper = upper_elevations_m(tile)](std::size_t, std::size_t row, std::size_t col) {
+                                  return upper[flipped(s, row, col)];
+                                });
     case LayerId::kCornerHeight:
       return fill_raster<std::int32_t>(
           s, [&](std::size_t, std::size_t row, std::size_t col) { return tile.corner_mm[flipped(s, row, col)]; });
@@ -333,15 +336,13 @@ float square_cost(const TerrainTile& tile, std::size_t cell) {
   return greatest == kNotTraversable ? kNothing : static_cast<float>(greatest / 254.0);
 }
 
-float square_upper_m(const TerrainTile& tile, std::size_t cell) {
-  if (tile.upper.empty()) return kNothing;
-  const auto before = [](const UpperNode& u, std::size_t node) { return u.node < node; };
-  auto it = std::lower_bound(tile.upper.begin(), tile.upper.end(), cell * kTriangles, before);
-  const auto end = std::lower_bound(it, tile.upper.end(), (cell + 1) * kTriangles, before);
-  if (it == end) return kNothing;
-  std::int32_t lowest_mm = it->z_mm;
-  for (; it != end; ++it) lowest_mm = std::min(lowest_mm, it->z_mm);
-  return static_cast<float>(lowest_mm / 1000.0);
+std::vector<float> upper_elevations_m(const TerrainTile& tile) {
+  std::vector<float> lowest(static_cast<std::size_t>(tile.box.cells()), kNothing);
+  for (const UpperNode& u : tile.upper) {
+    float& z_m = lowest[u.node / kTriangles];
+    z_m = std::fmin(z_m, static_cast<float>(u.z_mm / 1000.0));  // not NaN where one is a number
+  }
+  return lowest;
 }
 
 double arctan_deg(double t) {

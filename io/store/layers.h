@@ -79,6 +79,7 @@ std::vector<std::uint8_t> fill_value(const LayerInfo& layer);
 struct LayerShape {
   std::size_t planes = 1, rows = 0, cols = 0;
   std::size_t elements() const { return planes * rows * cols; }
+  friend bool operator==(const LayerShape&, const LayerShape&) = default;
 };
 LayerShape layer_shape(const LayerInfo& layer, const CellBox& box, std::size_t upper);
 // Extent of its chunks: all planes of up to 128 x 128 squares (129 x 129 corners), or 2^16 further surfaces.
@@ -110,8 +111,8 @@ float square_clearance_m(const TerrainTile& tile, std::size_t cell);
 // The greatest of the triangles, 0 to 1; NaN where any is not traversable, so that programs that look for the cheapest
 // way go round it.
 float square_cost(const TerrainTile& tile, std::size_t cell);
-// The lowest further surface over the square's centre.
-float square_upper_m(const TerrainTile& tile, std::size_t cell);
+// The lowest further surface over the centre of every square.
+std::vector<float> upper_elevations_m(const TerrainTile& tile);
 
 // Degrees of the arc tangent of t >= 0, within 1e-6 degrees.
 double arctan_deg(double t);

@@ -40,6 +40,12 @@ void fill_with(std::span<std::uint8_t> bytes, std::span<const std::uint8_t> valu
     std::memcpy(bytes.data() + done, bytes.data(), std::min(done, bytes.size() - done));
 }
 
+// Whether `bytes`, not empty, are nothing but copies of `value`.
+bool is_filled_with(std::span<const std::uint8_t> bytes, std::span<const std::uint8_t> value) {
+  return std::memcmp(bytes.data(), value.data(), value.size()) == 0 &&
+         std::memcmp(bytes.data(), bytes.data() + value.size(), bytes.size() - value.size()) == 0;
+}
+
 struct Chunk {
   std::size_t row0, col0;
   std::vector<std::uint8_t> bytes;
@@ -51,15 +57,22 @@ std::vector<Chunk> encode_layer(const LayerInfo& layer, const TerrainTile& tile,
   const LayerShape shape = layer_shape(layer, tile.box, tile.upper.size());
   const LayerShape chunk = chunk_shape(layer, tile.box, tile.upper.size());
   const std::size_t element = element_bytes(layer.element);
-  std::vector<std::uint8_t> empty(chunk.elements() * element), values;
-  fill_with(empty, fill_value(layer));
+  const std::vector<std::uint8_t> fill = fill_value(layer);
   std::vector<Chunk> out;
+  const auto add = [&](std::size_t row0, std::size_t col0, std::span<const std::uint8_t> values) {
+    if (!is_filled_with(values, fill)) out.push_back({row0, col0, encoder.encode(values, element)});
+  };
+  if (shape == chunk) {  // of most tiles
+    add(0, 0, raster);
+    return out;
+  }
+  std::vector<std::uint8_t> values(chunk.elements() * element);
   each_chunk(shape, chunk, [&](std::size_t row0, std::size_t col0) {
-    values = empty;
+    fill_with(values, fill);
     each_chunk_row(shape, chunk, row0, col0, element, [&](std::size_t from, std::size_t to, std::size_t n) {
       std::memcpy(values.data() + to, raster.data() + from, n);
     });
-    if (values != empty) out.push_back({row0, col0, encoder.encode(values, element)});
+    add(row0, col0, values);
   });
   return out;
 }

@@ -20,17 +20,19 @@ constexpr FinalPlane kSurface{10'000, 200, 0};
 std::int64_t surface_at(std::int64_t x) { return 10'000 + x / 10; }
 
 struct Looked {
-  NodeLayers layers;
+  NodeLook look;
   std::vector<NodeSheet> sheets;
 };
 
 Looked look(const NodeCloud& cloud) {
-  std::vector<std::int32_t> heights;
-  heights_over(cloud.points(), kSurface, kR_mm, heights);
-  Looked out{node_layers(heights, kTerrain_mm), {}};
-  SheetScratch scratch;
-  find_sheets(cloud.points(), heights, kEast, kSurface, kTerrain_mm, kRules, scratch, out.sheets);
-  return out;
+  std::vector<std::int32_t> heights(cloud.points().size);
+  SheetFinder finder(kRules);
+  const NodeLook look = look_over(cloud.points(), kSurface, kR_mm, kTerrain_mm, finder.room_mm(), heights.data());
+  SheetFinder::Square square{};
+  square[kEast] = {cloud.points(), heights.data(), kSurface, kTerrain_mm, look.off};
+  finder.find(square);
+  const auto sheets = finder.sheets(kEast);
+  return {look, {sheets.begin(), sheets.end()}};
 }
 
 // n points `above_mm` over the surface, leaning by `slope` to the north, within +-noise.
@@ -43,25 +45,30 @@ void add(NodeCloud& cloud, Random& random, int n, std::int64_t above_mm, double 
   }
 }
 
-TEST(NodeLayersOf, RoughnessIsTheRmsOfTheTerrainPoints) {
-  const std::vector<std::int32_t> heights = {30, -30, 30, -30, 120, -121, 900};
-  const NodeLayers layers = node_layers(heights, kTerrain_mm);
-  EXPECT_EQ(layers.roughness_mm, 60) << "sqrt((4 * 30^2 + 120^2) / 5) = 60; -121 and 900 are no terrain";
-  EXPECT_EQ(layers.clearance_mm, 900);
-}
-
-TEST(NodeLayersOf, NothingAboveIsSaidSo) {
-  EXPECT_EQ(node_layers(std::vector<std::int32_t>{0, 119, -500}, kTerrain_mm).clearance_mm, kNoneAbove);
-  EXPECT_EQ(node_layers({}, kTerrain_mm).clearance_mm, kNoneAbove);
-}
-
-TEST(Heights, AreOverTheLeaningSurface) {
+// Points at these heights over the surface.
+NodeLook look_at(const std::vector<std::int64_t>& heights, std::vector<std::int32_t>& seen) {
   NodeCloud cloud;
-  cloud.add(500, 100, 10'050 + 7);
-  cloud.add(900, -100, 10'090 - 1);
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    const auto x = static_cast<std::int64_t>(100 * i);
+    cloud.add(x, -x / 2, surface_at(x) + heights[i]);
+  }
+  seen.resize(heights.size());
+  return look_over(cloud.points(), kSurface, kR_mm, kTerrain_mm, 1'800, seen.data());
+}
+
+TEST(LookOver, RoughnessIsTheRmsOfTheTerrainPoints) {
   std::vector<std::int32_t> heights;
-  heights_over(cloud.points(), kSurface, kR_mm, heights);
-  EXPECT_EQ(heights, (std::vector<std::int32_t>{7, -1}));
+  const NodeLook look = look_at({30, -30, 30, -30, 120, -121, 900, -1800, -1801}, heights);
+  EXPECT_EQ(look.roughness_mm, 60) << "sqrt((4 * 30^2 + 120^2) / 5) = 60; -121 and 900 are no terrain";
+  EXPECT_EQ(look.clearance_mm, 900);
+  EXPECT_EQ(look.off, 2) << "900 and -1801";
+  EXPECT_EQ(heights, (std::vector<std::int32_t>{30, -30, 30, -30, 120, -121, 900, -1800, -1801}));
+}
+
+TEST(LookOver, NothingAboveIsSaidSo) {
+  std::vector<std::int32_t> heights;
+  EXPECT_EQ(look_at({0, 119, -500}, heights).clearance_mm, kNoneAbove);
+  EXPECT_EQ(look_at({}, heights).clearance_mm, kNoneAbove);
 }
 
 TEST(Sheets, ADeckOverARoadIsOne) {
@@ -70,7 +77,7 @@ TEST(Sheets, ADeckOverARoadIsOne) {
   add(cloud, random, 6, 0);
   add(cloud, random, 10, 5'000, 0.05);
   const Looked seen = look(cloud);
-  EXPECT_NEAR(seen.layers.clearance_mm, 5'000, 40);
+  EXPECT_NEAR(seen.look.clearance_mm, 5'000, 40);
   ASSERT_EQ(seen.sheets.size(), 1u);
   const NodeSheet& deck = seen.sheets[0];
   EXPECT_NEAR(deck.above_mm, 5'000, 40);

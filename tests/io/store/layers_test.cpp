@@ -60,8 +60,9 @@ TEST(Layers, SourceLevelsNoMapHasAreRefused) {
 
 TEST(GisLayers, TheWorstTriangleSpeaksForItsSquare) {
   TerrainTile tile(2000, {0, 0, 2, 1});
-  for (const auto value : {square_roughness_m, square_step_m, square_clearance_m, square_cost, square_upper_m})
+  for (const auto value : {square_roughness_m, square_step_m, square_clearance_m, square_cost})
     EXPECT_TRUE(std::isnan(value(tile, 0)));
+  EXPECT_TRUE(std::isnan(upper_elevations_m(tile)[0]));
   for (std::size_t t = 0; t < kTriangles; ++t) {
     NodeSurface& node = tile.nodes[t];
     const auto n = static_cast<std::uint16_t>(t);
@@ -80,8 +81,7 @@ TEST(GisLayers, TheWorstTriangleSpeaksForItsSquare) {
   tile.nodes[1].cost = kNotTraversable;
   EXPECT_TRUE(std::isnan(square_cost(tile, 0)));
   tile.upper = {{1, 8000}, {1, 9000}, {3, 7000}, {4, 1000}};
-  EXPECT_FLOAT_EQ(square_upper_m(tile, 0), 7);
-  EXPECT_FLOAT_EQ(square_upper_m(tile, 1), 1);
+  EXPECT_EQ(upper_elevations_m(tile), (std::vector<float>{7, 1}));
 }
 
 TEST(ChunkCodec, ReadsBackAndNoticesDamage) {
