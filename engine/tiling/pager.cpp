@@ -7,7 +7,7 @@
 namespace btms {
 namespace {
 
-constexpr std::uint64_t kTrim_bytes = std::uint64_t{32} << 20;
+constexpr std::uint64_t kTrim_bytes = std::uint64_t{16} << 20;
 
 }  // namespace
 
@@ -55,6 +55,7 @@ void Pager::forget(Item& item) {
   if (item.idle_) idle_items_.erase(item.place_);
   item.idle_ = false;
   held_ -= item.counted_;
+  freed_ += item.counted_;
   item.counted_ = 0;
 }
 
@@ -69,6 +70,7 @@ bool Pager::claim(std::uint64_t bytes) {
 void Pager::release(std::uint64_t bytes) {
   const std::lock_guard lock(mutex_);
   held_ -= bytes;
+  freed_ += bytes;
 }
 
 void Pager::count(Item& item) {
@@ -104,13 +106,16 @@ void Pager::make_room(std::unique_lock<std::mutex>& lock) noexcept {
     freed_ += item.counted_;
     item.counted_ = 0;
     moved_.notify_all();
-    // What is free inside its heap the allocator gives back only when asked; asking takes time.
-    if (freed_ < std::min(budget_ / 16, kTrim_bytes)) continue;
-    freed_ = 0;
-    lock.unlock();
-    ::malloc_trim(0);
-    lock.lock();
   }
+  trim(lock);
+}
+
+void Pager::trim(std::unique_lock<std::mutex>& lock) noexcept {
+  if (freed_ < kTrim_bytes || peak_ < budget_ / 4 * 3) return;
+  freed_ = 0;
+  lock.unlock();
+  ::malloc_trim(0);
+  lock.lock();
 }
 
 }  // namespace btms

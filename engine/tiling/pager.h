@@ -63,6 +63,8 @@ class Pager {
  private:
   void count(Item& item);
   void make_room(std::unique_lock<std::mutex>& lock) noexcept;
+  // What is free inside its heap the allocator gives back only when asked, and asking takes time.
+  void trim(std::unique_lock<std::mutex>& lock) noexcept;
 
   const std::uint64_t budget_;
   Spill spill_;
