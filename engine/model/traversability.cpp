@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/lattice/wide.h"
 #include "engine/terrain/trigonometry.h"
 
 namespace btms {
@@ -80,6 +81,34 @@ constexpr Looks looks_of(std::uint8_t triangle) {
 }
 constexpr std::array<Looks, kTriangles> kLooks = {looks_of(0), looks_of(1), looks_of(2), looks_of(3)};
 
+// The heights at one place around every square of a row, x and y in r/2 from its centre: both odd at lattice corners,
+// both even at centres.
+const std::int32_t* heights_at(const HeightRows& rows, int x, int y) {
+  if (x % 2 != 0) return rows.corner_mm[static_cast<std::size_t>((y + 3) / 2)] + (x + 3) / 2;
+  return rows.centre_mm[static_cast<std::size_t>((y + 2) / 2)] + (x + 2) / 2;
+}
+
+// How far the heights of a place are above or below the planes of the squares.
+struct LookRow {
+  const std::int32_t* z_mm;
+  std::int32_t x, y;  // in r/2
+};
+
+BTMS_WIDE void look_along(const LookRow& look, std::size_t n, const std::int32_t* centre, const std::int32_t* rise_x,
+                          const std::int32_t* rise_y, std::int32_t* above2, std::int32_t* below2, std::int32_t* low,
+                          std::int32_t* high) {
+  const std::int32_t x = look.x, y = look.y;
+  const std::int32_t* z = look.z_mm;
+#pragma GCC ivdep  // the columns don't overlap: too many to be checked at run time
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t off2 = 2 * (z[i] - centre[i]) - rise_x[i] * x - rise_y[i] * y;
+    above2[i] = std::max(above2[i], off2);
+    below2[i] = std::max(below2[i], -off2);
+    low[i] = std::min(low[i], z[i]);
+    high[i] = std::max(high[i], z[i]);
+  }
+}
+
 }  // namespace
 
 std::uint16_t step_mm(std::uint8_t triangle, const NodeCorners& own,
@@ -103,6 +132,37 @@ std::uint16_t step_mm(std::uint8_t triangle, const NodeCorners& own,
   }
   const std::int64_t step = std::min({above, below, std::int64_t{high} - low});
   return static_cast<std::uint16_t>(std::min<std::int64_t>((step + 5) / 10 * 10, 65530));
+}
+
+std::span<const std::uint16_t> StepRow::of(std::uint8_t triangle, const HeightRows& rows, std::size_t squares) {
+  const std::size_t n = squares;
+  auto& [centre, rise_x, rise_y, above2, below2, low, high] = columns_;
+  for (auto* column : {&centre, &rise_x, &rise_y, &above2, &below2, &low, &high}) column->resize(n);
+  steps_mm_.resize(n);
+  std::array<const std::int32_t*, 3> own;
+  const auto rel = triangle_corners(triangle);
+  for (std::size_t k = 0; k < 3; ++k) own[k] = heights_at(rows, rel[k].x - 1, rel[k].y - 1);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int32_t m = own[0][i], p = own[1][i], q = own[2][i];
+    const FinalPlane plane = FinalPlane::through(triangle, {m, p, q});
+    centre[i] = m;
+    rise_x[i] = static_cast<std::int32_t>(plane.rise_x_mm);
+    rise_y[i] = static_cast<std::int32_t>(plane.rise_y_mm);
+    above2[i] = below2[i] = 0;
+    low[i] = std::min({m, p, q});
+    high[i] = std::max({m, p, q});
+  }
+  const Looks& looks = kLooks[triangle];
+  for (std::size_t k = 0; k < looks.distinct; ++k) {
+    const Look at = looks.all[k];
+    look_along({heights_at(rows, at.x, at.y), at.x, at.y}, n, centre.data(), rise_x.data(), rise_y.data(),
+               above2.data(), below2.data(), low.data(), high.data());
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto step = static_cast<std::uint32_t>(std::min({above2[i], below2[i], high[i] - low[i]}));
+    steps_mm_[i] = static_cast<std::uint16_t>(std::min<std::uint32_t>((step + 5) / 10 * 10, 65530));
+  }
+  return steps_mm_;
 }
 
 Vehicle::Vehicle(const Parameters& p)

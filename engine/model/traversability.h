@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/lattice/neighbours.h"
@@ -26,6 +28,28 @@ struct NodeCorners {
 // the order of kNeighbourTable. Precondition: own.known().
 std::uint16_t step_mm(std::uint8_t triangle, const NodeCorners& own,
                       const std::array<const NodeCorners*, kNeighbours>& around);
+
+// The heights around a row of squares, south to north, each row from one column west of the first square on: lattice
+// corners A of the squares in the rows -1 to 2, centre corners in the rows -1 to 1. All known, and less than
+// kMostStepRelief_mm apart.
+struct HeightRows {
+  std::array<const std::int32_t*, 4> corner_mm;
+  std::array<const std::int32_t*, 3> centre_mm;
+};
+inline constexpr std::int32_t kMostStepRelief_mm = 1 << 24;
+
+// step_mm() of one triangle of every square of a row, many at a time. An object a worker: memory that is used again.
+class StepRow {
+ public:
+  std::span<const std::uint16_t> of(std::uint8_t triangle, const HeightRows& rows, std::size_t squares);
+
+ private:
+  struct Columns {
+    std::vector<std::int32_t> centre_mm, rise_x_mm, rise_y_mm, above2_mm, below2_mm, low_mm, high_mm;
+  };
+  Columns columns_;
+  std::vector<std::uint16_t> steps_mm_;
+};
 
 // The vehicle of the parameters.
 class Vehicle {

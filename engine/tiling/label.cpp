@@ -138,38 +138,35 @@ struct Axis {
   std::int32_t cell[kChunkPoints];
   std::int32_t offset2[kChunkPoints];  // half millimetres
 
-  // x_mm says which points were dropped.
+  // x_mm says which points were dropped; their offsets are nonsense that nobody looks at.
   void locate(const std::int64_t* at_mm, const std::int64_t* x_mm, std::size_t n, bool any_dropped, std::int32_t r_mm) {
-    std::int64_t low = INT64_MAX, high = INT64_MIN;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (any_dropped && x_mm[i] == PointBlock::kDroppedX) continue;
-      low = std::min(low, at_mm[i]);
-      high = std::max(high, at_mm[i]);
-    }
-    if (low <= high) {
-      const std::int64_t first = floor_div(low, r_mm), base = first * r_mm;
-      if (high - base <= Divider::kMaxOffset)
-        divide_near(at_mm, n, static_cast<std::int32_t>(first), base, static_cast<std::uint32_t>(r_mm));
-      else
-        divide_far(at_mm, x_mm, n, r_mm);
-    }
+    std::size_t valid = 0;
+    while (any_dropped && valid < n && x_mm[valid] == PointBlock::kDroppedX) ++valid;
+    if (valid < n && !divide_near(at_mm, x_mm, n, at_mm[valid], r_mm)) divide_far(at_mm, x_mm, n, r_mm);
     if (!any_dropped) return;
     for (std::size_t i = 0; i < n; ++i)
       if (x_mm[i] == PointBlock::kDroppedX) cell[i] = kDropped;
   }
 
  private:
-  BTMS_WIDE void divide_near(const std::int64_t* at_mm, std::size_t n, std::int32_t first, std::int64_t base,
-                             std::uint32_t r) {
+  // By multiplication; false when a point is too far from `middle` for that.
+  BTMS_WIDE bool divide_near(const std::int64_t* at_mm, const std::int64_t* x_mm, std::size_t n, std::int64_t middle,
+                             std::int32_t r_mm) {
+    const auto r = static_cast<std::uint32_t>(r_mm);
     const Divider divide(r);
+    const std::int64_t first = floor_div(middle - Divider::kMaxOffset / 2, r_mm);
+    const auto base = static_cast<std::uint64_t>(first * r_mm);
+    std::uint64_t offsets = 0;  // the bits of all
     for (std::size_t i = 0; i < n; ++i) {
-      // Unsigned: dropped points wrap to nonsense that nobody looks at.
-      const auto u =
-          static_cast<std::uint32_t>(static_cast<std::uint64_t>(at_mm[i]) - static_cast<std::uint64_t>(base));
+      const std::uint64_t offset = static_cast<std::uint64_t>(at_mm[i]) - base;
+      offsets |= x_mm[i] == PointBlock::kDroppedX ? 0 : offset;
+      const auto u = static_cast<std::uint32_t>(offset);
       const std::uint32_t c = divide(u);
       cell[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(first) + c);
       offset2[i] = static_cast<std::int32_t>(2 * (u - c * r) - r);
     }
+    static_assert((Divider::kMaxOffset & (Divider::kMaxOffset + 1)) == 0, "all ones");
+    return offsets <= Divider::kMaxOffset;
   }
   void divide_far(const std::int64_t* at_mm, const std::int64_t* x_mm, std::size_t n, std::int32_t r_mm) {
     for (std::size_t i = 0; i < n; ++i) {

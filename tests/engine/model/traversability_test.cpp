@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <vector>
 
 namespace btms {
 namespace {
@@ -49,6 +50,42 @@ TEST(Step, SlopesCrestsAndFootsOfSlopesAreNone) {
   EXPECT_LE(highest_step([](double x, double y) { return -std::abs(x + y) * 0.4; }), 10);
   EXPECT_LE(highest_step([](double x, double) { return std::max(0.0, x) * 0.6; }), 10);
   EXPECT_LE(highest_step([](double x, double y) { return (x * x + y * y) / 60; }), 10);
+}
+
+// Rough ground: every row of squares at once says what every node says by itself.
+TEST(Step, ARowIsWhatItsNodesAre) {
+  constexpr std::int32_t kCols = 21;
+  const Height rough = [](double x, double y) {
+    const auto ix = static_cast<std::uint32_t>(std::lround(x) + 100),
+               iy = static_cast<std::uint32_t>(std::lround(y) + 100);
+    const std::uint32_t hash = (ix * 2654435761u + iy * 40503u) * 2246822519u;
+    return static_cast<double>(hash >> 20) / 500 + (ix > 120 ? 5000 : 0);
+  };
+  const auto height_mm = [&](double col, double row) {
+    return static_cast<std::int32_t>(std::lround(1000 * rough(col * kR_mm / 1000, row * kR_mm / 1000)));
+  };
+  std::array<std::vector<std::int32_t>, 4> corner;
+  std::array<std::vector<std::int32_t>, 3> centre;
+  HeightRows rows;
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (int col = -1; col <= kCols + 1; ++col) corner[k].push_back(height_mm(col, static_cast<double>(k) - 1));
+    rows.corner_mm[k] = corner[k].data();
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    for (int col = -1; col <= kCols; ++col) centre[k].push_back(height_mm(col + 0.5, static_cast<double>(k) - 0.5));
+    rows.centre_mm[k] = centre[k].data();
+  }
+  StepRow steps;
+  int highest = 0;
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    const auto row = steps.of(t, rows, kCols);
+    ASSERT_EQ(row.size(), static_cast<std::size_t>(kCols));
+    for (std::int32_t col = 0; col < kCols; ++col) {
+      EXPECT_EQ(row[static_cast<std::size_t>(col)], step_on(rough, {col, 0}, t)) << "column " << col;
+      highest = std::max<int>(highest, row[static_cast<std::size_t>(col)]);
+    }
+  }
+  EXPECT_EQ(highest, 65530) << "saturates";
 }
 
 // Wherever and however a wall runs through the lattice, and on slopes too.
