@@ -20,6 +20,7 @@ struct ChildRun {
   std::string output;  // stdout; stderr is the bench's own
 };
 
+// peak_rss_bytes is never below what this process itself held at its most: keep it small.
 // Throws std::runtime_error when the program cannot be started or does not end with status 0.
 ChildRun run_child(const std::vector<std::string>& command);
 
