@@ -75,7 +75,8 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
   for (const auto& file : files) sources.push_back(file.get());
   const auto threads =
       executor.parallel ? make_threads(std::max(1, command.common.thread_count() / ranks.size())) : serial_threads();
-  ProgressDisplay progress(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone);
+  ProgressDisplay progress(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone,
+                           build_plan(options.parameters));
 
   std::unique_ptr<MapWriter> writer;
   const auto make_sink = [&](const MapLayout& layout) -> TileSink& {
