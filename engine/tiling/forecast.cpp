@@ -20,7 +20,7 @@ constexpr std::uint64_t kGoldenShift = 0x9e3779b97f4a7c15u >> 20;  // runs must 
 constexpr std::uint64_t kEnoughRuns = 4, kEnoughPoints = 8;
 constexpr std::int32_t kWidestSquare = 1024;      // cells
 constexpr std::uint64_t kTrialPoints = 400'000;   // about
-constexpr std::uint64_t kTrialReads = 4'000'000;  // at most, to find them
+constexpr std::uint64_t kTrialReads = 8'000'000;  // at most, to find them
 
 // What a build costs, measured on the synthetic city and on airborne surveys (docs/performance.md). The first two only
 // matter by their ratio: a trial tells how fast the machine is.
@@ -30,12 +30,13 @@ struct Costs {
 };
 constexpr Costs kCoarseToFineCosts{350, 660, 8.8, 88}, kFixedCosts{22, 1250, 8.8, 26};
 constexpr double kShardBytes = 27e3, kMapBytes = 37e3;  // of a shard, and of the whole, before the first node
+constexpr double kFilledShare = 0.25;                   // of the bytes of another node
 constexpr double kProgramBytes = 18e6;
 constexpr double kSerialShare = 0.09;  // of the time: what a second thread doesn't help
 
-const Costs& costs_of(const Parameters& p) {
-  return p.method == Method::kCoarseToFine ? kCoarseToFineCosts : kFixedCosts;
-}
+bool coarse_to_fine(const Parameters& p) { return p.method == Method::kCoarseToFine; }
+
+const Costs& costs_of(const Parameters& p) { return coarse_to_fine(p) ? kCoarseToFineCosts : kFixedCosts; }
 
 std::uint64_t whole(double v) { return static_cast<std::uint64_t>(std::llround(v)); }
 
@@ -150,7 +151,7 @@ class Points final : public PointSource {
 PointSurvey survey_points(std::span<const PointSource* const> sources, const BuildOptions& options) {
   const Parameters& p = options.parameters;
   check(p);
-  const bool coarse_to_fine = p.method == Method::kCoarseToFine;
+  const bool levelled = coarse_to_fine(p);
   const int levels = level_count(p);
   const std::int32_t r_mm = resolution_mm(p);
   const Sequence inputs(sources);
@@ -194,22 +195,22 @@ PointSurvey survey_points(std::span<const PointSource* const> sources, const Bui
   survey.nodes_with_points = whole(with_points);
 
   const Lattice finest(r_mm), coarsest(r_mm << (levels - 1));
-  const BinGrid grid = coarse_to_fine ? BinGrid(coarsest, 1) : BinGrid(finest);
-  const std::vector<BinId> bins = bins_of(squares.all, edge, coarse_to_fine ? 1 << (levels - 1) : grid.edge_cells);
-  const std::int32_t reach = coarse_to_fine ? kDomainRings : complete_halo(p);
+  const BinGrid grid = levelled ? BinGrid(coarsest, 1) : BinGrid(finest);
+  const std::vector<BinId> bins = bins_of(squares.all, edge, levelled ? 1 << (levels - 1) : grid.edge_cells);
+  const std::int32_t reach = levelled ? kDomainRings : complete_halo(p);
   const TileTable table(bins, grid, tile_cells(options), reach, options.max_nodes, 1, levels - 1);
   std::set<TileId> tiles;
   const auto add_tiles = [&](BinId square, std::int32_t cells) {
     const CellBox box{square.bx * cells, square.by * cells, (square.bx + 1) * cells, (square.by + 1) * cells};
     table.layout().grid.for_each_tile(box.grown(reach), [&](TileId id) { tiles.insert(id); });
   };
-  if (coarse_to_fine)
+  if (levelled)
     for (const BinId& bin : bins) add_tiles(bin, 1);
   else
     for (const Square& square : squares.all) add_tiles(square.id, edge);
   survey.tiles = tiles.size();
-  survey.nodes = coarse_to_fine ? within_rings(bins, kDomainRings) * kTriangles << (2 * (levels - 1))
-                                : whole(nodes_in_square * static_cast<double>(squares.all.size()));
+  survey.nodes = levelled ? within_rings(bins, kDomainRings) * kTriangles << (2 * (levels - 1))
+                          : whole(nodes_in_square * static_cast<double>(squares.all.size()));
   return survey;
 }
 
@@ -259,10 +260,16 @@ Forecast forecast_build(const PointSurvey& survey, const Trial& trial, std::uint
 
   Forecast f;
   f.seconds = slowness * cost_s(survey.points, survey.nodes) * (kSerialShare + (1 - kSerialShare) / threads);
-  const double trial_files = kShardBytes * static_cast<double>(trial.summary.tiles);
-  const double node_map_bytes =
-      std::max(0.0, static_cast<double>(trial_map_bytes) - trial_files) / static_cast<double>(trial.summary.nodes);
-  f.map_bytes = whole(kMapBytes + kShardBytes * static_cast<double>(survey.tiles) + node_map_bytes * nodes);
+  // A filled node compresses well.
+  const auto stored_nodes = [](double all, double filled) { return all - filled + kFilledShare * filled; };
+  const BuildSummary& t = trial.summary;
+  const double trial_nodes = stored_nodes(static_cast<double>(t.nodes), static_cast<double>(t.filled));
+  const double trial_files = kShardBytes * static_cast<double>(t.tiles);
+  const double node_map_bytes = std::max(0.0, static_cast<double>(trial_map_bytes) - trial_files) / trial_nodes;
+  const double filled =
+      coarse_to_fine(options.parameters) ? std::max(0.0, nodes - static_cast<double>(survey.nodes_with_points)) : 0;
+  f.map_bytes =
+      whole(kMapBytes + kShardBytes * static_cast<double>(survey.tiles) + node_map_bytes * stored_nodes(nodes, filled));
   const double held_bytes = kProgramBytes + costs.point_bytes * points + costs.node_bytes * nodes;
   f.memory_bytes = whole(held_bytes);
   if (memory_limit_bytes > 0 && f.memory_bytes > memory_limit_bytes) {
