@@ -8,6 +8,7 @@
 
 #include "apps/btms/build_report.h"
 #include "apps/btms/command.h"
+#include "apps/btms/dry_run.h"
 #include "apps/btms/inputs.h"
 #include "apps/btms/memory_option.h"
 #include "apps/btms/outputs.h"
@@ -34,6 +35,7 @@ struct BuildCommand {
   std::string output, crs, trajectory, picture, layer = "state";
   std::string tile_cells = "auto", executor = "tbb", neighbours = "nanoflann";
   std::uint64_t max_nodes = BuildOptions{}.max_nodes;
+  bool dry_run = false;
 };
 
 struct Executor {
@@ -75,7 +77,8 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
   for (const auto& file : files) sources.push_back(file.get());
   const auto threads =
       executor.parallel ? make_threads(std::max(1, command.common.thread_count() / ranks.size())) : serial_threads();
-  ProgressDisplay progress(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone);
+  ProgressDisplay progress(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone,
+                           build_plan(options.parameters));
 
   std::unique_ptr<MapWriter> writer;
   const auto make_sink = [&](const MapLayout& layout) -> TileSink& {
@@ -150,6 +153,11 @@ int run_build(const BuildCommand& command) {
     }
   }
   spdlog::debug("{} inputs, preset {}, executor {}", paths.size(), choice.preset, command.executor);
+  if (command.dry_run) {
+    const int threads = executor.parallel ? std::max(command.common.thread_count(), executor.ranks) : 1;
+    print_dry_run(dry_run(open_all(paths), options, threads), command.common.json);
+    return 0;
+  }
 
   watch_stop_signals();
   const auto begun = std::chrono::steady_clock::now();
@@ -191,6 +199,7 @@ constexpr const char* kFooter =
     "  btms build 'survey/*.las' -o hills.btms --resolution 2 --slope-max-deg 30 --picture hills.png\n"
     "  btms build tiles/ -o city.btms --picture cost.png --layer cost --vehicle-max-step-m 0.1\n"
     "  btms build scan.bin -o scan.btms --preset single-scan --tile-cells whole\n"
+    "  btms build tiles/ -o city.btms --dry-run\n"
     "\n"
     "The map has the same digest for any order or splitting of the inputs, tile size, executor and thread count.\n"
     "An older map in the same place is replaced only once the new one is complete.";
@@ -224,6 +233,8 @@ Command add_build(CLI::App& btms) {
                   "What colours the picture: state, cost, slope, step, roughness or clearance")
       ->type_name("NAME")
       ->needs("--picture");
+  app->add_flag("--dry-run", command->dry_run,
+                "Write nothing: say what the build will take in time, memory and disk, from a sample of the points");
   app->add_option("--tile-cells", command->tile_cells,
                   "Edge of a tile in cells of the coarsest level, whole for one tile; auto is 128 of the finest level")
       ->type_name("N");

@@ -37,7 +37,9 @@ void add_run_options(CLI::App& app, CommonOptions& options) {
       ->type_name("N")
       ->group("Running");
   app.add_option("--progress", options.progress,
-                 "bar, lines, json or none; auto is a bar on a terminal and a line every few seconds otherwise")
+                 "bar, lines, json (an object a line on stderr) or none; auto is a bar on a terminal and a line every "
+                 "few seconds "
+                 "otherwise")
       ->check(CLI::IsMember({"auto", "bar", "lines", "json", "none"}))
       ->type_name("STYLE")
       ->group("Running");

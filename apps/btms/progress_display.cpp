@@ -2,8 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "apps/btms/report.h"
 #include "apps/btms/stop_signal.h"
@@ -37,6 +39,11 @@ void put(const std::string& text) {
 
 }  // namespace
 
+ProgressDisplay::ProgressDisplay(ProgressStyle style, RunPlan plan)
+    : style_(style), plan_(std::move(plan)), run_begun_(Clock::now()), drawn_(run_begun_) {
+  for (const PlannedPhase& phase : plan_) planned_ += phase.weight;
+}
+
 void ProgressDisplay::begin(std::string_view phase, std::uint64_t total, std::string_view unit) {
   const std::lock_guard lock(mutex_);
   end_phase();
@@ -44,7 +51,23 @@ void ProgressDisplay::begin(std::string_view phase, std::uint64_t total, std::st
   unit_ = unit;
   total_ = total;
   done_ = 0;
-  begun_ = drawn_ = Clock::now();
+  begun_ = Clock::now();
+  find_step();
+}
+
+void ProgressDisplay::find_step() {
+  const auto from = plan_.begin() + static_cast<std::ptrdiff_t>(steps_begun_);
+  const auto step = std::find_if(from, plan_.end(), [&](const PlannedPhase& p) { return p.name == phase_; });
+  in_plan_ = step != plan_.end();
+  if (!in_plan_) return;
+  steps_begun_ = static_cast<std::size_t>(step - plan_.begin()) + 1;
+  behind_ = std::accumulate(plan_.begin(), step, 0.0, [](double sum, const PlannedPhase& p) { return sum + p.weight; });
+}
+
+double ProgressDisplay::share_done(double phase_share) const {
+  if (plan_.empty()) return phase_share;
+  if (steps_begun_ == 0) return 0;
+  return (behind_ + plan_[steps_begun_ - 1].weight * (in_plan_ ? phase_share : 1)) / planned_;
 }
 
 void ProgressDisplay::advance(std::uint64_t done) {
@@ -77,13 +100,23 @@ void ProgressDisplay::draw(bool last) {
   drawn_ = Clock::now();
   const double seconds = std::chrono::duration<double>(drawn_ - begun_).count();
   const std::uint64_t done = done_.load(std::memory_order_relaxed);
-  const double share = total_ == 0 ? 1.0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
+  const double phase_share = total_ == 0 ? 1.0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(total_));
   const double rate = seconds > 0 ? static_cast<double>(done) / seconds : 0;
-  const double left = share > 0 ? seconds * (1 - share) / share : 0;
+  const double share = share_done(phase_share);
+  const double run_seconds = plan_.empty() ? seconds : std::chrono::duration<double>(drawn_ - run_begun_).count();
+  const double left = share > 0 ? run_seconds * (1 - share) / share : 0;
   if (style_ == ProgressStyle::kJson) {
-    nlohmann::ordered_json line{{"phase", phase_},    {"done", done}, {"total", total_},     {"unit", unit_},
-                                {"seconds", seconds}, {"rate", rate}, {"eta_seconds", left}, {"rss_bytes", rss_bytes()},
-                                {"finished", last}};
+    nlohmann::ordered_json line{{"phase", phase_}};
+    if (!plan_.empty()) line.update({{"step", steps_begun_}, {"steps", plan_.size()}});
+    line.update({{"done", done},
+                 {"total", total_},
+                 {"unit", unit_},
+                 {"seconds", seconds},
+                 {"rate", rate},
+                 {"share", share},
+                 {"eta_seconds", left},
+                 {"rss_bytes", rss_bytes()},
+                 {"finished", last}});
     return put(line.dump() + '\n');
   }
   const std::string what = fmt::format("{} {}/s", rounded(rate), unit_);
@@ -94,8 +127,9 @@ void ProgressDisplay::draw(bool last) {
   if (last)
     return put(
         fmt::format("{}: {} {} in {}, {}, {}\n", phase_, grouped(done), unit_, duration_text(seconds), what, memory));
-  put(fmt::format("{}: {:.0f} % of {} {}, {}, ETA {}, {}\n", phase_, 100 * share, grouped(total_), unit_, what,
-                  duration_text(left), memory));
+  const std::string of_run = plan_.empty() ? "" : fmt::format("{:.0f} % of the run, ", 100 * share);
+  put(fmt::format("{}: {:.0f} % of {} {}, {}, {}ETA {}, {}\n", phase_, 100 * phase_share, grouped(total_), unit_, what,
+                  of_run, duration_text(left), memory));
 }
 
 }  // namespace btms

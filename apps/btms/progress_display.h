@@ -1,4 +1,5 @@
-// Draws the engine's progress on stderr: phase, share done, rate, time left, memory.
+// Draws the engine's progress on stderr: phase, share done, rate, time left, memory. With a plan, share and time left
+// are those of the whole run.
 #pragma once
 
 #include <atomic>
@@ -7,6 +8,7 @@
 #include <mutex>
 #include <string>
 
+#include "apps/btms/run_plan.h"
 #include "engine/tiling/progress.h"
 
 namespace btms {
@@ -21,7 +23,7 @@ enum class ProgressStyle {
 // Starts no thread: it draws from within advance(), so it can be made before ranks are forked.
 class ProgressDisplay final : public Progress {
  public:
-  explicit ProgressDisplay(ProgressStyle style) : style_(style) {}
+  explicit ProgressDisplay(ProgressStyle style, RunPlan plan = {});
   ~ProgressDisplay() override { finish(); }
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
@@ -38,13 +40,21 @@ class ProgressDisplay final : public Progress {
 
   void draw(bool last);
   void end_phase();
+  void find_step();
+  // Of the whole run where there is a plan, else of the phase; `phase_share` of the phase is done.
+  double share_done(double phase_share) const;
 
   const ProgressStyle style_;
+  const RunPlan plan_;
+  double planned_ = 0;  // sum of its weights
   std::atomic<std::uint64_t> done_{0};
   std::mutex mutex_;  // guards what follows
   std::string phase_, unit_;
   std::uint64_t total_ = 0;
-  Clock::time_point begun_{}, drawn_{};
+  std::size_t steps_begun_ = 0;  // of the plan
+  bool in_plan_ = false;         // the phase is the last of these
+  double behind_ = 0;            // weights of the steps before
+  Clock::time_point run_begun_{}, begun_{}, drawn_{};
 };
 
 }  // namespace btms

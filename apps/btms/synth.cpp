@@ -21,18 +21,27 @@ struct SynthCommand {
   CommonOptions common;
   SceneArguments arguments;
   std::string crs, output;
-  std::size_t files = 1;
+  std::size_t files = 0;  // 0: as many as keep a file below kFilePoints
+  int point_format = 6;
   bool force = false;
 };
+
+constexpr std::uint64_t kFilePoints = 25'000'000;
 
 struct WrittenFile {
   fs::path path;
   std::uint64_t points = 0;
 };
 
+// Point format 0 has no room for the classes of users.
+std::uint8_t stored_class(SceneClass label, int point_format) {
+  const auto stored = static_cast<std::uint8_t>(label);
+  return point_format == 0 && stored > 31 ? static_cast<std::uint8_t>(SceneClass::kUnclassified) : stored;
+}
+
 // Consecutive blocks [first, last) of the scene into one file. Blocks are generated in parallel, a few per thread at a
 // time, and written in their order, so the file's bytes don't depend on the threads and memory stays bounded.
-std::uint64_t write_blocks(const Scene& scene, std::size_t first, std::size_t last, LasWriter& writer,
+std::uint64_t write_blocks(const Scene& scene, std::size_t first, std::size_t last, int point_format, LasWriter& writer,
                            const Threads& threads, Progress& progress) {
   const auto window = static_cast<std::size_t>(4 * threads.count());
   std::vector<std::vector<ScenePoint>> blocks(window);
@@ -48,7 +57,7 @@ std::uint64_t write_blocks(const Scene& scene, std::size_t first, std::size_t la
     for (std::size_t i = 0; i < n; ++i) {
       records.clear();
       for (const ScenePoint& p : blocks[i])
-        records.push_back({p.x_mm, p.y_mm, p.z_mm, static_cast<std::uint8_t>(p.label), 0});
+        records.push_back({p.x_mm, p.y_mm, p.z_mm, stored_class(p.label, point_format), 0});
       writer.append(records);
       points += records.size();
       progress.advance(records.size());
@@ -81,14 +90,18 @@ void print_synth(const SynthCommand& command, const Scene& scene, const std::vec
 
 int run_synth(const SynthCommand& command) {
   const auto scene = command.arguments.create();
-  if (command.files > scene->blocks())
+  const std::size_t files_wanted =
+      command.files > 0
+          ? command.files
+          : std::min<std::size_t>(scene->blocks(), (command.arguments.scene.points + kFilePoints - 1) / kFilePoints);
+  if (files_wanted > scene->blocks())
     throw Error(
         ErrorCode::kUsage,
         fmt::format("--files: a scene of this size has {} blocks, which gives at most as many files", scene->blocks()));
   const std::string crs = metric_crs(command.crs);
   std::vector<fs::path> paths;
-  for (std::size_t k = 0; k < command.files; ++k)
-    paths.push_back(fs::path(command.output) / (command.files == 1
+  for (std::size_t k = 0; k < files_wanted; ++k)
+    paths.push_back(fs::path(command.output) / (files_wanted == 1
                                                     ? command.arguments.scene.name + ".las"
                                                     : fmt::format("{}_{:03}.las", command.arguments.scene.name, k)));
   refuse_existing(paths, command.force);
@@ -102,10 +115,10 @@ int run_synth(const SynthCommand& command) {
   progress.begin("synth", command.arguments.scene.points, "points");
   const auto begun = std::chrono::steady_clock::now();
   std::vector<WrittenFile> files;
-  for (std::size_t k = 0; k < command.files; ++k) {
-    const auto writer = LasWriter::create(paths[k], crs);
-    const std::size_t first = scene->blocks() * k / command.files, last = scene->blocks() * (k + 1) / command.files;
-    const std::uint64_t points = write_blocks(*scene, first, last, *writer, *threads, progress);
+  for (std::size_t k = 0; k < files_wanted; ++k) {
+    const auto writer = LasWriter::create(paths[k], crs, static_cast<LasPointFormat>(command.point_format));
+    const std::size_t first = scene->blocks() * k / files_wanted, last = scene->blocks() * (k + 1) / files_wanted;
+    const std::uint64_t points = write_blocks(*scene, first, last, command.point_format, *writer, *threads, progress);
     writer->commit();
     files.push_back({paths[k], points});
   }
@@ -120,7 +133,8 @@ constexpr const char* kFooter =
     "  btms synth --scene city --points 2000000 -o demo\n"
     "  btms synth --scene hills --files 9 --origin 350000,5600000 --crs EPSG:25832 -o hills\n"
     "\n"
-    "The class of every point is its truth (2 is ground), for `btms eval`. Equal options give equal bytes, on any\n"
+    "The class of every point is its truth (2 is ground), for `btms eval`. Any number of points is made in little "
+    "memory. Equal options give equal bytes, on any\n"
     "machine and with any number of threads. The scene's area follows from --points and --density.";
 
 }  // namespace
@@ -136,9 +150,15 @@ Command add_synth(CLI::App& btms) {
   app->add_option("--points", command->arguments.scene.points, "Points, about")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40))
       ->type_name("N");
-  app->add_option("--files", command->files, "Tiles to split the world into")
+  app->add_option("--files", command->files,
+                  "Tiles to split the world into (default: at most 25 million points a tile)")
       ->check(CLI::Range(std::size_t{1}, std::size_t{1000}))
+      ->default_str("")
       ->type_name("K");
+  app->add_option("--point-format", command->point_format,
+                  "LAS point format: 6, 30 bytes a point; or 0, 20 bytes, where cars and ceilings have class 1")
+      ->check(CLI::IsMember({0, 6}))
+      ->type_name("N");
   app->add_option("--crs", command->crs, "Reference system to name in the files, EPSG:n or WKT")
       ->type_name("CRS")
       ->default_str("");

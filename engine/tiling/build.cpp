@@ -64,6 +64,10 @@ MapLayout finest_layout(const TileTable& coarsest, int levels) {
 
 }  // namespace
 
+std::int32_t tile_cells(const BuildOptions& options) {
+  return options.tile_cells.value_or(std::max(1, kDefaultTileCells >> (level_count(options.parameters) - 1)));
+}
+
 BuildSummary build_map(std::span<const PointSource* const> sources, const BuildOptions& options, const Threads& threads,
                        Ranks& ranks, const SinkFactory& sink, Progress& progress) {
   const Parameters& p = options.parameters;
@@ -75,7 +79,6 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   const Lattice finest(resolution_mm(p)), coarsest(resolution_mm(p) << (levels - 1));
   // Coarse to fine, a bin is one cell of the coarsest level: it lies in one tile, and is sorted anew on every level.
   const BinGrid grid = coarse_to_fine ? BinGrid(finest, 1 << (levels - 1)) : BinGrid(finest);
-  const std::int32_t tile_cells = options.tile_cells.value_or(std::max(1, kDefaultTileCells >> (levels - 1)));
 
   Pager pager(paged_bytes(options.memory_bytes, threads.count()), options.spill_folder);
   PointBins bins = PointBins::read(sources, grid, threads, ranks, pager, progress);
@@ -93,7 +96,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   watch.lap("partition", summary.phases);
 
   const std::int32_t reach = coarse_to_fine ? kDomainRings : complete_halo(p);
-  const TileTable table(occupied_bins(bins, ranks), coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells, reach,
+  const TileTable table(occupied_bins(bins, ranks), coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells(options), reach,
                         options.max_nodes, ranks.size(), levels - 1);
   bins.redistribute(ranks, [&](BinId bin) { return table.owner_of(bin); });
   summary.layout = finest_layout(table, levels);

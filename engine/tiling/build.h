@@ -38,6 +38,9 @@ struct BuildOptions {
                             << 28;  // halos included; refuse larger maps before allocating (24 bytes a node)
 };
 
+// Edge of a tile in cells of the coarsest level: what `tile_cells` says or means.
+std::int32_t tile_cells(const BuildOptions& options);
+
 struct PhaseTime {
   std::string phase;
   double seconds;

@@ -36,6 +36,26 @@ TEST(LasWriter, WritesWhatTheReaderReads) {
   }
 }
 
+TEST(LasWriter, WritesPointsOf20BytesToo) {
+  const TemporaryFolder folder;
+  const std::vector<LasPoint> points = {{1, 2, 3, 31, 4}, {-500, 700, -9, 2, 65535}};
+  const auto writer = LasWriter::create(folder / "a.las", {}, LasPointFormat::k0);
+  writer->append(points);
+  writer->commit();
+  const auto file = open_points(folder / "a.las");
+  EXPECT_EQ(file->info().format, "LAS 1.4, point format 0");
+  EXPECT_TRUE(file->info().warnings.empty());
+  EXPECT_EQ(file->info().bytes, 375 + 2 * 20);
+  const PointBlock block = read_all(*file);
+  EXPECT_EQ(block.x_mm, (std::vector<std::int64_t>{1, -500}));
+  EXPECT_EQ(block.y_mm, (std::vector<std::int64_t>{2, 700}));
+  EXPECT_EQ(block.z_mm, (std::vector<std::int32_t>{3, -9}));
+  EXPECT_EQ(read_classes(folder / "a.las"), (std::vector<std::uint32_t>{31, 2}));
+
+  const LasPoint user_class{0, 0, 0, 32};
+  EXPECT_THROW(LasWriter::create(folder / "b.las", {}, LasPointFormat::k0)->append({&user_class, 1}), Error);
+}
+
 TEST(LasWriter, KeepsTheCoordinateSystem) {
   const TemporaryFolder folder;
   const std::string wkt =
