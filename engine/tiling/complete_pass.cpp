@@ -15,7 +15,9 @@ bool needs_prediction(const Node* cell) {
 }
 
 struct Scratch {
-  Neighbourhood near;
+  std::vector<Neighbour> terrain;    // of the tile, square by square
+  std::vector<std::uint32_t> begin;  // per square of the held box: its first in `terrain`
+  std::vector<Neighbour> near;       // of the squares that a group of squares can use
   CompletionScratch completion;
   std::vector<Cell> squares;
 };
@@ -28,24 +30,30 @@ void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double 
   const auto centre_x = [&](std::int32_t col) { return (col - held.col0) * r + r / 2; };
   const auto centre_y = [&](std::int32_t row) { return (row - held.row0) * r + r / 2; };
 
+  // What a plane says is worked out once: every neighbour serves many predictions.
+  s.terrain.clear();
+  s.begin.assign(1, 0);
+  for (std::int32_t row = held.row0; row < held.row1; ++row)
+    for (std::int32_t col = held.col0; col < held.col1; ++col) {
+      const Node* cell = nodes.cell({col, row});
+      for (int t = 0; t < kTriangles; ++t)
+        if (cell[t].node_class == NodeClass::kTerrain)
+          s.terrain.push_back(
+              neighbour_of(cell[t], centre_x(col) + cell[t].mean_x_mm, centre_y(row) + cell[t].mean_y_mm));
+      s.begin.push_back(static_cast<std::uint32_t>(s.terrain.size()));
+    }
+
   NeedyWalk walk(nodes, rules.halo(), reach_cells, by_lattice, has_terrain, needs_prediction);
   walk.walk(
       s.squares,
       [&](const std::vector<Cell>& squares) {
         s.near.clear();
         for (const Cell& c : squares) {
-          const Node* cell = nodes.cell(c);
-          for (int t = 0; t < kTriangles; ++t)
-            if (cell[t].node_class == NodeClass::kTerrain)
-              s.near.add(cell[t], centre_x(c.col) + cell[t].mean_x_mm, centre_y(c.row) + cell[t].mean_y_mm);
+          const std::size_t square = nodes.offset(c) / kTriangles;
+          s.near.insert(s.near.end(), s.terrain.begin() + s.begin[square], s.terrain.begin() + s.begin[square + 1]);
         }
       },
-      [&](Cell c) {
-        Node* cell = nodes.cell(c);
-        for (std::uint8_t t = 0; t < kTriangles; ++t)
-          if (cell[t].node_class != NodeClass::kTerrain)
-            predict(cell[t], t, centre_x(c.col), centre_y(c.row), s.near, rules, s.completion);
-      });
+      [&](Cell c) { predict_square(nodes.cell(c), centre_x(c.col), centre_y(c.row), s.near, rules, s.completion); });
 }
 
 }  // namespace
