@@ -1,8 +1,8 @@
 #include <algorithm>
 
-#include "engine/terrain/completion.h"
 #include "engine/tiling/needy_walk.h"
 #include "engine/tiling/passes.h"
+#include "engine/tiling/tile_steps.h"
 
 namespace btms {
 namespace {
@@ -14,16 +14,10 @@ bool needs_prediction(const Node* cell) {
   return std::any_of(cell, cell + kTriangles, [](const Node& n) { return n.node_class != NodeClass::kTerrain; });
 }
 
-struct Scratch {
-  std::vector<Neighbour> terrain;    // of the tile, square by square
-  std::vector<std::uint32_t> begin;  // per square of the held box: its first in `terrain`
-  std::vector<Neighbour> near;       // of the squares that a group of squares can use
-  CompletionScratch completion;
-  std::vector<Cell> squares;
-};
+}  // namespace
 
 void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double reach_cells, bool by_lattice,
-                   Scratch& s) {
+                   CompleteScratch& s) {
   const CellBox& held = nodes.held();
   const std::int32_t r = rules.resolution_mm;
   // Positions in a frame at the held box's corner: 32 bits of millimetres are 4000 km.
@@ -56,13 +50,11 @@ void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double 
       [&](Cell c) { predict_square(nodes.cell(c), centre_x(c.col), centre_y(c.row), s.near, rules, s.completion); });
 }
 
-}  // namespace
-
 std::int32_t complete_halo(const Parameters& p) { return CompletionRules(p).halo(); }
 
 void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeFields& nodes) {
   const CompletionRules rules(context.parameters);
-  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
+  std::vector<CompleteScratch> scratch(static_cast<std::size_t>(context.threads.count()));
   context.for_each_tile("complete", [&](std::size_t i, int worker) {
     complete_tile(nodes[i], rules, context.parameters.kernel_radius, neighbours_by_lattice,
                   scratch[static_cast<std::size_t>(worker)]);
