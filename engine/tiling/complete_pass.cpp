@@ -17,7 +17,7 @@ bool needs_prediction(const Node* cell) {
 }  // namespace
 
 void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double reach_cells, bool by_lattice,
-                   CompleteScratch& s) {
+                   std::span<const std::uint8_t> asked, CompleteScratch& s) {
   const CellBox& held = nodes.held();
   const std::int32_t r = rules.resolution_mm;
   // Positions in a frame at the held box's corner: 32 bits of millimetres are 4000 km.
@@ -37,7 +37,10 @@ void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double 
       s.begin.push_back(static_cast<std::uint32_t>(s.terrain.size()));
     }
 
-  NeedyWalk walk(nodes, rules.halo(), reach_cells, by_lattice, has_terrain, needs_prediction);
+  NeedyWalk walk(nodes, rules.halo(), reach_cells, by_lattice, has_terrain, [&](const Node* cell) {
+    const auto square = static_cast<std::size_t>(cell - nodes.values().data()) / kTriangles;
+    return (asked.empty() || asked[square]) && needs_prediction(cell);
+  });
   walk.walk(
       s.squares,
       [&](const std::vector<Cell>& squares) {
@@ -56,7 +59,7 @@ void complete_pass(const PassContext& context, bool neighbours_by_lattice, NodeF
   const CompletionRules rules(context.parameters);
   std::vector<CompleteScratch> scratch(static_cast<std::size_t>(context.threads.count()));
   context.for_each_tile("complete", [&](std::size_t i, int worker) {
-    complete_tile(nodes[i], rules, context.parameters.kernel_radius, neighbours_by_lattice,
+    complete_tile(nodes[i], rules, context.parameters.kernel_radius, neighbours_by_lattice, {},
                   scratch[static_cast<std::size_t>(worker)]);
   });
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/model/terrain_tile.h"
@@ -19,9 +20,10 @@ struct CompleteScratch {
   CompletionScratch completion;
   std::vector<Cell> squares;
 };
-// Predicts the interior's nodes that are not terrain, from complete_halo() rings. `reach_cells` = l / r.
+// Predicts the interior's nodes that are not terrain, from complete_halo() rings. `reach_cells` = l / r. `asked` has a
+// flag per square of the held box, or is empty: all are.
 void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double reach_cells, bool by_lattice,
-                   CompleteScratch& scratch);
+                   std::span<const std::uint8_t> asked, CompleteScratch& scratch);
 
 struct FitRules {
   std::int32_t r_mm;

@@ -1,0 +1,348 @@
+#include "engine/tiling/scan_segmenter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "engine/lattice/divider.h"
+#include "engine/lattice/wide.h"
+#include "engine/terrain/moments.h"
+#include "engine/terrain/node_model.h"
+#include "engine/tiling/millimetres.h"
+#include "engine/tiling/segment.h"
+#include "engine/tiling/tile_components.h"
+#include "engine/tiling/tile_steps.h"
+
+namespace btms {
+namespace {
+
+constexpr std::uint64_t kMostNodes = 1 << 20;  // in the box around a scan; wider ones take the way of maps
+constexpr std::size_t kParts = 4;              // of a scan, counted side by side: neighbouring points share a node
+
+// A scan that has been read, as a source.
+class BlockSource final : public PointSource {
+ public:
+  explicit BlockSource(const PointBlock& points) : points_(points) {}
+  std::string name() const override { return "scan"; }
+  std::uint64_t size() const override { return points_.size(); }
+  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
+    block.reset(count);
+    std::copy_n(points_.x_mm.begin() + static_cast<std::ptrdiff_t>(first), count, block.x_mm.begin());
+    std::copy_n(points_.y_mm.begin() + static_cast<std::ptrdiff_t>(first), count, block.y_mm.begin());
+    std::copy_n(points_.z_mm.begin() + static_cast<std::ptrdiff_t>(first), count, block.z_mm.begin());
+    block.not_finite =
+        static_cast<std::size_t>(std::count(block.x_mm.begin(), block.x_mm.end(), PointBlock::kDroppedX));
+  }
+
+ private:
+  const PointBlock& points_;
+};
+
+struct Interval {
+  std::int64_t low = INT64_MAX, high = INT64_MIN;
+};
+
+// Of the points that take part.
+BTMS_WIDE Interval bounds(const std::int64_t* at, const std::int64_t* x, std::size_t n) {
+  Interval all;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool dropped = x[i] == PointBlock::kDroppedX;
+    const std::int64_t low = dropped ? INT64_MAX : at[i], high = dropped ? INT64_MIN : at[i];
+    all.low = low < all.low ? low : all.low;
+    all.high = high > all.high ? high : all.high;
+  }
+  return all;
+}
+
+// Eq 14 over a node's final plane: terrain where z - (a x + b y) is at most `terrain`, far below where it is less than
+// `below`; x, y from the square's centre and z from its height there, millimetres, measured vertically.
+struct LabelPlane {
+  float a = 0, b = 0;
+  float terrain = -INFINITY, below = -INFINITY;  // without a final plane nothing is terrain and nothing below
+  std::int32_t centre_mm = 0;
+};
+
+}  // namespace
+
+class ScanSegmenter::Impl {
+ public:
+  explicit Impl(const Parameters& parameters)
+      : parameters_((check(parameters), parameters)),
+        r_(resolution_mm(parameters)),
+        model_(parameters),
+        convexity_(parameters),
+        completion_(parameters),
+        fit_(parameters) {}
+
+  std::span<const Label> segment() {
+    labels_.resize(points_.size());
+    counts_ = {};
+    if (points_.size() == 0) return {};
+    if (!locate()) return segment_as_map();
+    sort();
+    model();
+    link();
+    complete();
+    fit();
+    label();
+    return labels_;
+  }
+
+  PointBlock points_;
+  LabelCounts counts_;
+
+ private:
+  // Which node every point falls into; false where the scan is too wide for a box of nodes, or has no point.
+  bool locate();
+  void sort();
+  void model();
+  void link();
+  void complete();
+  void fit();
+  void label();
+  // Through tiles.
+  std::span<const Label> segment_as_map();
+
+  std::size_t node_count() const { return static_cast<std::size_t>(box_.cells()) * kTriangles; }
+  NodePoints points_of(std::size_t node) const {
+    const std::uint32_t begin = end_[node * kParts];
+    return {sorted_x_.data() + begin, sorted_y_.data() + begin, sorted_z_.data() + begin,
+            end_[(node + 1) * kParts] - begin};
+  }
+
+  Parameters parameters_;
+  std::int32_t r_;
+  NodeModelRules model_;
+  ConvexityRules convexity_;
+  CompletionRules completion_;
+  FitRules fit_;
+
+  std::vector<Label> labels_;
+  CellBox box_;                      // of the points
+  std::vector<std::uint32_t> node_;  // of every point, row by row in box_; node_count() where dropped
+  std::vector<std::int16_t> x_, y_;  // of every point, from its square's centre
+  std::vector<std::uint32_t> end_;   // per node and part: where its points begin, and end once sorted
+  std::vector<std::int16_t> sorted_x_, sorted_y_;
+  std::vector<std::int32_t> sorted_z_;
+  ModelScratch model_scratch_;
+  TileField<Node> nodes_;  // box_ and what predictions from it reach
+  LinkRows link_rows_;
+  TileComponents components_;
+  std::vector<NodeClass> verdict_;
+  std::vector<std::uint8_t> asked_;
+  CompleteScratch complete_scratch_;
+  CornerHeights heights_;
+  std::vector<LabelPlane> planes_;
+};
+
+namespace {
+
+// Offsets from (x0, y0) to nodes, row by row, and to offsets from their squares' centres.
+BTMS_WIDE void locate_points(const PointBlock& p, std::int64_t x0, std::int64_t y0, std::uint32_t r, std::uint32_t cols,
+                             std::uint32_t* node, std::int16_t* dx, std::int16_t* dy) {
+  const Divider divide(r);
+  const std::int64_t *x = p.x_mm.data(), *y = p.y_mm.data();
+  const std::size_t n = p.size();
+  const auto half = static_cast<std::int32_t>(r / 2);
+  for (std::size_t i = 0; i < n; ++i) {
+    // Unsigned: dropped points wrap to nonsense that is replaced afterwards.
+    const auto u = static_cast<std::uint32_t>(static_cast<std::uint64_t>(x[i]) - static_cast<std::uint64_t>(x0));
+    const auto v = static_cast<std::uint32_t>(static_cast<std::uint64_t>(y[i]) - static_cast<std::uint64_t>(y0));
+    const std::uint32_t col = divide(u), row = divide(v);
+    const std::int32_t a = static_cast<std::int32_t>(u - col * r) - half,
+                       b = static_cast<std::int32_t>(v - row * r) - half;
+    dx[i] = static_cast<std::int16_t>(a);
+    dy[i] = static_cast<std::int16_t>(b);
+    node[i] = (row * cols + col) * kTriangles + triangle_of(a, b);
+  }
+}
+
+}  // namespace
+
+bool ScanSegmenter::Impl::locate() {
+  const std::size_t n = points_.size();
+  if (parameters_.method != Method::kFixed || n > kMaxNodePoints) return false;
+  const Interval x = bounds(points_.x_mm.data(), points_.x_mm.data(), n);
+  const Interval y = bounds(points_.y_mm.data(), points_.x_mm.data(), n);
+  if (x.low > x.high) return false;
+  const auto cell = [&](std::int64_t mm) { return static_cast<std::int32_t>(floor_div(mm, r_)); };
+  box_ = {cell(x.low), cell(y.low), cell(x.high) + 1, cell(y.high) + 1};
+  const std::int64_t x0 = std::int64_t{box_.col0} * r_, y0 = std::int64_t{box_.row0} * r_;
+  if (x.high - x0 > Divider::kMaxOffset || y.high - y0 > Divider::kMaxOffset) return false;
+  if (static_cast<std::uint64_t>(box_.grown(completion_.halo() + 1).cells()) * kTriangles > kMostNodes) return false;
+
+  node_.resize(n);
+  x_.resize(n);
+  y_.resize(n);
+  locate_points(points_, x0, y0, static_cast<std::uint32_t>(r_), static_cast<std::uint32_t>(box_.cols()), node_.data(),
+                x_.data(), y_.data());
+  if (points_.dropped() > 0)
+    for (std::size_t i = 0; i < n; ++i)
+      if (points_.x_mm[i] == PointBlock::kDroppedX) node_[i] = static_cast<std::uint32_t>(node_count());
+  return true;
+}
+
+// A counting sort. The scan is cut into parts that count for themselves and are gone through side by side.
+void ScanSegmenter::Impl::sort() {
+  const std::size_t n = points_.size(), part = n / kParts, nodes = node_count() + 1;  // the last one: dropped points
+  end_.assign((nodes + 1) * kParts, 0);
+  std::uint32_t* end = end_.data();
+  const std::uint32_t* node = node_.data();
+  const auto each = [&](auto&& visit) {
+    for (std::size_t i = 0; i < part; ++i)
+      for (std::size_t k = 0; k < kParts; ++k) visit(k * part + i, k);
+    for (std::size_t i = kParts * part; i < n; ++i) visit(i, kParts - 1);
+  };
+  each([&](std::size_t i, std::size_t k) { ++end[node[i] * kParts + k]; });
+  std::uint32_t sum = 0;
+  for (std::size_t k = 0; k < nodes * kParts; ++k) {
+    const std::uint32_t count = end[k];
+    end[k] = sum;
+    sum += count;
+  }
+  sorted_x_.resize(n);
+  sorted_y_.resize(n);
+  sorted_z_.resize(n);
+  std::int16_t *x = sorted_x_.data(), *y = sorted_y_.data();
+  std::int32_t* z = sorted_z_.data();
+  each([&](std::size_t i, std::size_t k) {
+    const std::uint32_t to = end[node[i] * kParts + k]++;
+    x[to] = x_[i];
+    y[to] = y_[i];
+    z[to] = points_.z_mm[i];
+  });
+  // Where parts ended, the next ones began: shifted by one, ends are beginnings again.
+  std::copy_backward(end_.begin(), end_.end() - 1, end_.end());
+  end_[0] = 0;
+}
+
+void ScanSegmenter::Impl::model() {
+  nodes_.reset(box_.grown(completion_.halo()), 1);  // beyond there is nothing
+  std::size_t k = 0;
+  for (std::int32_t row = box_.row0; row < box_.row1; ++row)
+    for (std::int32_t col = box_.col0; col < box_.col1; ++col, k += kTriangles) {
+      if (end_[k * kParts] == end_[(k + kTriangles) * kParts]) continue;
+      const SquarePoints points{points_of(k), points_of(k + 1), points_of(k + 2), points_of(k + 3)};
+      model_square(points, model_, model_scratch_, nodes_.cell({col, row}));
+    }
+}
+
+void ScanSegmenter::Impl::link() {
+  components_.find(nodes_, convexity_, r_, link_rows_);
+  verdict_.clear();
+  for (const TileComponents::Component& c : components_.components())
+    verdict_.push_back(c.nodes >= static_cast<std::uint32_t>(parameters_.keep_nodes) ? NodeClass::kTerrain
+                                                                                     : NodeClass::kRejected);
+  judge(components_, verdict_, nodes_);
+}
+
+// Only predictions that touch a corner of a square with points have a say.
+void ScanSegmenter::Impl::complete() {
+  const CellBox& held = nodes_.held();
+  const auto cols = static_cast<std::size_t>(held.cols());
+  asked_.assign(static_cast<std::size_t>(held.cells()), 0);
+  std::size_t k = 0;
+  for (std::int32_t row = box_.row0; row < box_.row1; ++row)
+    for (std::int32_t col = box_.col0; col < box_.col1; ++col, k += kTriangles) {
+      if (end_[k * kParts] == end_[(k + kTriangles) * kParts]) continue;
+      const std::size_t square = nodes_.offset({col - 1, row - 1}) / kTriangles;
+      for (std::size_t i = 0; i < 3; ++i) std::memset(&asked_[square + i * cols], 1, 3);
+    }
+  complete_tile(nodes_, completion_, parameters_.kernel_radius, true, asked_, complete_scratch_);
+}
+
+// Corners, and the final planes (Eq 12-13) of nodes with points.
+void ScanSegmenter::Impl::fit() {
+  fit_corners(nodes_, fit_, heights_);
+  const CellBox& all = nodes_.interior();
+  const auto cols = static_cast<std::size_t>(all.cols());
+  const auto r = static_cast<float>(r_);
+  const auto eps3 = static_cast<float>(parameters_.terrain_distance_m * 1000);
+  const auto below = static_cast<float>(-parameters_.below_m * 1000);
+  planes_.assign(node_count() + 1, {});
+  std::size_t k = 0;
+  for (std::int32_t row = box_.row0; row < box_.row1; ++row)
+    for (std::int32_t col = box_.col0; col < box_.col1; ++col)
+      for (std::uint8_t t = 0; t < kTriangles; ++t, ++k) {
+        const std::uint32_t points = end_[(k + 1) * kParts] - end_[k * kParts];
+        if (points == 0) continue;
+        const auto x = static_cast<std::size_t>(col - all.col0), y = static_cast<std::size_t>(row - all.row0);
+        const auto corner = triangle_corners(t);
+        const auto height = [&](int i) {
+          return heights_.corner_mm[(y + static_cast<std::size_t>(corner[i].y / 2)) * (cols + 1) + x +
+                                    static_cast<std::size_t>(corner[i].x / 2)];
+        };
+        const std::array<std::int32_t, 3> corners = {heights_.centre_mm[y * cols + x], height(1), height(2)};
+        const bool known = std::find(corners.begin(), corners.end(), kUnknownHeight_mm) == corners.end();
+        const FinalPlane plane = known ? FinalPlane::through(t, corners) : FinalPlane{};
+        if (!known || plane.rise2_mm2() > fit_.steepest_rise2_mm2) {
+          counts_.outside += points;
+          continue;
+        }
+        const float a = static_cast<float>(plane.rise_x_mm) / r, b = static_cast<float>(plane.rise_y_mm) / r;
+        const float secant = std::sqrt(1 + a * a + b * b);  // p . s + d = vertical distance / secant
+        planes_[k] = {a, b, eps3 * secant, below * secant, corners[0]};
+      }
+}
+
+void ScanSegmenter::Impl::label() {
+  const std::size_t n = points_.size();
+  const std::uint32_t dropped = static_cast<std::uint32_t>(node_count());
+  const LabelPlane* planes = planes_.data();
+  for (std::size_t i = 0; i < n; ++i) {
+    const LabelPlane& plane = planes[node_[i]];
+    const auto dz = static_cast<float>(std::int64_t{points_.z_mm[i]} - plane.centre_mm);
+    const float above = dz - (plane.a * static_cast<float>(x_[i]) + plane.b * static_cast<float>(y_[i]));
+    labels_[i] = above < plane.below ? Label::kBelow : above <= plane.terrain ? Label::kTerrain : Label::kObstacle;
+  }
+  if (points_.dropped() > 0)
+    for (std::size_t i = 0; i < n; ++i)
+      if (node_[i] == dropped) labels_[i] = Label::kDropped;
+  std::array<std::uint64_t, 4> count{};
+  for (int k = 0; k < 4; ++k)
+    for (const Label l : labels_) count[k] += l == static_cast<Label>(k);
+  counts_.dropped = count[0], counts_.terrain = count[1], counts_.obstacle = count[2], counts_.below = count[3];
+}
+
+std::span<const Label> ScanSegmenter::Impl::segment_as_map() {
+  SegmentedScan scan = segment_scan(BlockSource(points_), parameters_);
+  labels_ = std::move(scan.labels);
+  counts_ = scan.counts;
+  return labels_;
+}
+
+ScanSegmenter::ScanSegmenter(const Parameters& parameters) : impl_(std::make_unique<Impl>(parameters)) {}
+ScanSegmenter::~ScanSegmenter() = default;
+ScanSegmenter::ScanSegmenter(ScanSegmenter&&) noexcept = default;
+ScanSegmenter& ScanSegmenter::operator=(ScanSegmenter&&) noexcept = default;
+const LabelCounts& ScanSegmenter::counts() const { return impl_->counts_; }
+
+std::span<const Label> ScanSegmenter::segment(const ScanPoints& scan) {
+  PointBlock& block = impl_->points_;
+  block.reset(scan.size);
+  std::array<float, kMmChunk> x, y, z;
+  const auto read = [&](const float* first, std::size_t i) {
+    float v;
+    std::memcpy(&v, reinterpret_cast<const char*>(first) + i * scan.stride_bytes, sizeof v);
+    return v;
+  };
+  for (std::size_t at = 0; at < scan.size; at += kMmChunk) {
+    const std::size_t n = std::min(kMmChunk, scan.size - at);
+    for (std::size_t i = 0; i < n; ++i) {
+      x[i] = read(scan.x_m, at + i);
+      y[i] = read(scan.y_m, at + i);
+      z[i] = read(scan.z_m, at + i);
+    }
+    // A float times 1000 is exact in double, so there is one rounding.
+    round_into<float>({{x.data(), 1000, 0}, {y.data(), 1000, 0}, {z.data(), 1000, 0}}, n, block, at);
+  }
+  return impl_->segment();
+}
+
+std::span<const Label> ScanSegmenter::segment(const PointSource& scan) {
+  scan.read(0, static_cast<std::size_t>(scan.size()), impl_->points_);
+  return impl_->segment();
+}
+
+}  // namespace btms
