@@ -17,6 +17,8 @@ namespace btms {
 
 inline constexpr std::size_t kLanes = 4;
 using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
+using IntLanes = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
+using ShortLanes = std::int16_t __attribute__((vector_size(kLanes * sizeof(std::int16_t))));
 using LongLanes = std::int64_t __attribute__((vector_size(kLanes * sizeof(std::int64_t))));
 
 BTMS_INLINE Lanes load_lanes(const double* from) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "engine/lattice/lanes.h"
 #include "engine/lattice/wide.h"
@@ -35,18 +36,44 @@ struct LanePoints {
   std::size_t size;  // of the fullest node, times kLanes
 };
 
-LanePoints interleave(const SquarePoints& square, ModelScratch& s) {
-  std::size_t longest = 0;
-  for (const NodePoints& p : square) longest = std::max(longest, p.size);
+// Four consecutive values of every lane, side by side.
+template <class Four, class Value>
+BTMS_INLINE void interleave_four(const Value* const (&from)[kLanes], std::size_t i, double* to) {
+  Lanes v[kLanes];
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    Four four;
+    std::memcpy(&four, from[lane] + i, sizeof four);
+    v[lane] = __builtin_convertvector(__builtin_convertvector(four, IntLanes), Lanes);
+  }
+  const Lanes low01 = __builtin_shuffle(v[0], v[1], LongLanes{0, 4, 2, 6});
+  const Lanes high01 = __builtin_shuffle(v[0], v[1], LongLanes{1, 5, 3, 7});
+  const Lanes low23 = __builtin_shuffle(v[2], v[3], LongLanes{0, 4, 2, 6});
+  const Lanes high23 = __builtin_shuffle(v[2], v[3], LongLanes{1, 5, 3, 7});
+  to += i * kLanes;
+  store_lanes(to, __builtin_shuffle(low01, low23, LongLanes{0, 1, 4, 5}));
+  store_lanes(to + kLanes, __builtin_shuffle(high01, high23, LongLanes{0, 1, 4, 5}));
+  store_lanes(to + 2 * kLanes, __builtin_shuffle(low01, low23, LongLanes{2, 3, 6, 7}));
+  store_lanes(to + 3 * kLanes, __builtin_shuffle(high01, high23, LongLanes{2, 3, 6, 7}));
+}
+
+BTMS_INLINE LanePoints interleave(const SquarePoints& square, ModelScratch& s) {
+  std::size_t longest = 0, shortest = SIZE_MAX;
+  for (const NodePoints& p : square) longest = std::max(longest, p.size), shortest = std::min(shortest, p.size);
   if (s.x_mm.size() < longest * kLanes) {
     s.x_mm.resize(longest * kLanes);
     s.y_mm.resize(longest * kLanes);
     s.z_mm.resize(longest * kLanes);
   }
+  const std::size_t full = shortest / kLanes * kLanes;  // the rest goes point by point
+  for (std::size_t i = 0; i < full; i += kLanes) {
+    interleave_four<ShortLanes>({square[0].x_mm, square[1].x_mm, square[2].x_mm, square[3].x_mm}, i, s.x_mm.data());
+    interleave_four<ShortLanes>({square[0].y_mm, square[1].y_mm, square[2].y_mm, square[3].y_mm}, i, s.y_mm.data());
+    interleave_four<IntLanes>({square[0].z_mm, square[1].z_mm, square[2].z_mm, square[3].z_mm}, i, s.z_mm.data());
+  }
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const NodePoints& p = square[lane];
     double *x = s.x_mm.data() + lane, *y = s.y_mm.data() + lane, *z = s.z_mm.data() + lane;
-    for (std::size_t i = 0; i < p.size; ++i) {
+    for (std::size_t i = full; i < p.size; ++i) {
       x[i * kLanes] = p.x_mm[i];
       y[i * kLanes] = p.y_mm[i];
       z[i * kLanes] = p.z_mm[i];
@@ -59,10 +86,16 @@ LanePoints interleave(const SquarePoints& square, ModelScratch& s) {
   return {s.x_mm.data(), s.y_mm.data(), s.z_mm.data(), longest * kLanes};
 }
 
+BTMS_INLINE LongLanes count_below(const LanePoints& p, const Lanes& limit) {
+  LongLanes n{};
+  for (std::size_t i = 0; i < p.size; i += kLanes) n -= load_lanes(p.z_mm + i) < limit;
+  return n;
+}
+
 // Height of each node's lowest points: the mean of the lowest quarter (1 to 20 points), taken in whole buckets of 32 mm
 // above the minimum, so that it is an exact sum of a set that no order can change. Leaves heights relative to it.
 BTMS_INLINE Lanes take_datums(const LanePoints& p, const Lanes& count) {
-  constexpr int kBuckets = 64;
+  constexpr int kBuckets = 64, kNearBuckets = 8;
   constexpr double kBucket_mm = 32;
   Lanes lowest = Lanes{} + kPadding_mm;
   for (std::size_t i = 0; i < p.size; i += kLanes) {
@@ -73,14 +106,11 @@ BTMS_INLINE Lanes take_datums(const LanePoints& p, const Lanes& count) {
   wanted = wanted > 1.0 ? wanted : Lanes{} + 1.0;
   wanted = wanted < 20.0 ? wanted : Lanes{} + 20.0;
   const LongLanes enough = __builtin_convertvector(wanted, LongLanes);
-  // By bisection: the lowest bucket up to which enough points lie, or the last one.
+  // By bisection: the lowest bucket up to which enough points lie, or the last one. Most often it is one of the first.
+  const bool near = !any_lane(count_below(p, lowest + kNearBuckets * kBucket_mm) < enough);
   Lanes bucket{};
-  for (int half = kBuckets / 2; half > 0; half /= 2) {
-    const Lanes limit = lowest + (bucket + half) * kBucket_mm;
-    LongLanes below{};
-    for (std::size_t i = 0; i < p.size; i += kLanes) below -= load_lanes(p.z_mm + i) < limit;
-    bucket = below < enough ? bucket + half : bucket;
-  }
+  for (int half = (near ? kNearBuckets : kBuckets) / 2; half > 0; half /= 2)
+    bucket = count_below(p, lowest + (bucket + half) * kBucket_mm) < enough ? bucket + half : bucket;
   const Lanes limit = lowest + (bucket + 1.0) * kBucket_mm;
   Lanes n{}, sum{};
   for (std::size_t i = 0; i < p.size; i += kLanes) {

@@ -44,15 +44,30 @@ struct Interval {
 };
 
 // Of the points that take part.
-BTMS_WIDE Interval bounds(const std::int64_t* at, const std::int64_t* x, std::size_t n) {
+Interval bounds(const std::vector<std::int64_t>& at, const PointBlock& points) {
   Interval all;
-  for (std::size_t i = 0; i < n; ++i) {
-    const bool dropped = x[i] == PointBlock::kDroppedX;
-    const std::int64_t low = dropped ? INT64_MAX : at[i], high = dropped ? INT64_MIN : at[i];
-    all.low = low < all.low ? low : all.low;
-    all.high = high > all.high ? high : all.high;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (points.x_mm[i] == PointBlock::kDroppedX) continue;
+    all.low = std::min(all.low, at[i]);
+    all.high = std::max(all.high, at[i]);
   }
   return all;
+}
+
+// Rounds as round_into() does where all values lie within `limit`, below 2^31; false where one doesn't.
+BTMS_WIDE bool round_near(const float* from, std::size_t n, double limit, std::int32_t* to, Interval& all) {
+  std::int32_t low = INT32_MAX, high = INT32_MIN, far = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double v = static_cast<double>(from[i]) * 1000;  // exact, so there is one rounding
+    const auto mm = static_cast<std::int32_t>(nearest(v));
+    to[i] = mm;
+    low = mm < low ? mm : low;
+    high = mm > high ? mm : high;
+    far |= !(std::abs(v) <= limit);
+  }
+  all.low = std::min<std::int64_t>(all.low, low);
+  all.high = std::max<std::int64_t>(all.high, high);
+  return far == 0;
 }
 
 // Eq 14 over a node's final plane: terrain where z - (a x + b y) is at most `terrain`, far below where it is less than
@@ -66,6 +81,8 @@ struct LabelPlane {
 }  // namespace
 
 class ScanSegmenter::Impl {
+  static constexpr std::int32_t kDropped = INT32_MIN;
+
  public:
   explicit Impl(const Parameters& parameters)
       : parameters_((check(parameters), parameters)),
@@ -75,11 +92,27 @@ class ScanSegmenter::Impl {
         completion_(parameters),
         fit_(parameters) {}
 
-  std::span<const Label> segment() {
-    labels_.resize(points_.size());
+  std::span<const Label> segment(const ScanPoints& scan) {
+    if (read_near(scan) && locate()) return segment_located();
+    read_all(scan);
+    return segment_block();
+  }
+  std::span<const Label> segment(const PointSource& scan) {
+    scan.read(0, static_cast<std::size_t>(scan.size()), block_);
+    return segment_block();
+  }
+
+  LabelCounts counts_;
+
+ private:
+  std::span<const Label> segment_block() {
     counts_ = {};
-    if (points_.size() == 0) return {};
-    if (!locate()) return segment_as_map();
+    if (block_.size() == 0) return {};
+    if (take_block() && locate()) return segment_located();
+    return segment_as_map();
+  }
+  std::span<const Label> segment_located() {
+    counts_ = {};
     sort();
     model();
     link();
@@ -89,11 +122,13 @@ class ScanSegmenter::Impl {
     return labels_;
   }
 
-  PointBlock points_;
-  LabelCounts counts_;
-
- private:
-  // Which node every point falls into; false where the scan is too wide for a box of nodes, or has no point.
+  // Floats to millimetres; false where a point has to be dropped or lies far away.
+  bool read_near(const ScanPoints& scan);
+  // The same for any points, into block_.
+  void read_all(const ScanPoints& scan);
+  // From block_; false where the points lie too far apart, or there is none.
+  bool take_block();
+  // Which node every point falls into; false where there are too many.
   bool locate();
   void sort();
   void model();
@@ -118,6 +153,12 @@ class ScanSegmenter::Impl {
   CompletionRules completion_;
   FitRules fit_;
 
+  PointBlock block_;
+  std::vector<std::int32_t> at_x_, at_y_, z_;  // of every point, mm; x and y from the origin
+  std::int64_t origin_x_ = 0, origin_y_ = 0;   // mm, multiples of r
+  Interval reach_x_, reach_y_;                 // of the points, from the origin
+  std::size_t dropped_ = 0;                    // points whose x is kDropped
+
   std::vector<Label> labels_;
   CellBox box_;                      // of the points
   std::vector<std::uint32_t> node_;  // of every point, row by row in box_; node_count() where dropped
@@ -138,17 +179,36 @@ class ScanSegmenter::Impl {
 
 namespace {
 
-// Offsets from (x0, y0) to nodes, row by row, and to offsets from their squares' centres.
-BTMS_WIDE void locate_points(const PointBlock& p, std::int64_t x0, std::int64_t y0, std::uint32_t r, std::uint32_t cols,
-                             std::uint32_t* node, std::int16_t* dx, std::int16_t* dy) {
+// Calls fn(x, y, z, first, number) on runs of the scan's coordinates until it returns false.
+template <class Fn>
+void for_each_chunk(const ScanPoints& scan, const Fn& fn) {
+  std::array<float, kMmChunk> x, y, z;
+  const auto read = [&](const float* first, std::size_t i) {
+    float v;
+    std::memcpy(&v, reinterpret_cast<const char*>(first) + i * scan.stride_bytes, sizeof v);
+    return v;
+  };
+  for (std::size_t at = 0; at < scan.size; at += kMmChunk) {
+    const std::size_t n = std::min(kMmChunk, scan.size - at);
+    for (std::size_t i = 0; i < n; ++i) {
+      x[i] = read(scan.x_m, at + i);
+      y[i] = read(scan.y_m, at + i);
+      z[i] = read(scan.z_m, at + i);
+    }
+    if (!fn(x.data(), y.data(), z.data(), at, n)) return;
+  }
+}
+
+// Positions to nodes, row by row of a box whose corner is (x0, y0), and to offsets from their squares' centres.
+BTMS_WIDE void locate_points(const std::int32_t* x, const std::int32_t* y, std::size_t n, std::int32_t x0,
+                             std::int32_t y0, std::uint32_t r, std::uint32_t cols, std::uint32_t* node,
+                             std::int16_t* dx, std::int16_t* dy) {
   const Divider divide(r);
-  const std::int64_t *x = p.x_mm.data(), *y = p.y_mm.data();
-  const std::size_t n = p.size();
   const auto half = static_cast<std::int32_t>(r / 2);
   for (std::size_t i = 0; i < n; ++i) {
     // Unsigned: dropped points wrap to nonsense that is replaced afterwards.
-    const auto u = static_cast<std::uint32_t>(static_cast<std::uint64_t>(x[i]) - static_cast<std::uint64_t>(x0));
-    const auto v = static_cast<std::uint32_t>(static_cast<std::uint64_t>(y[i]) - static_cast<std::uint64_t>(y0));
+    const std::uint32_t u = static_cast<std::uint32_t>(x[i]) - static_cast<std::uint32_t>(x0);
+    const std::uint32_t v = static_cast<std::uint32_t>(y[i]) - static_cast<std::uint32_t>(y0);
     const std::uint32_t col = divide(u), row = divide(v);
     const std::int32_t a = static_cast<std::int32_t>(u - col * r) - half,
                        b = static_cast<std::int32_t>(v - row * r) - half;
@@ -160,32 +220,77 @@ BTMS_WIDE void locate_points(const PointBlock& p, std::int64_t x0, std::int64_t 
 
 }  // namespace
 
+bool ScanSegmenter::Impl::read_near(const ScanPoints& scan) {
+  at_x_.resize(scan.size);
+  at_y_.resize(scan.size);
+  z_.resize(scan.size);
+  origin_x_ = origin_y_ = 0;
+  dropped_ = 0;
+  reach_x_ = reach_y_ = {};
+  Interval reach_z;
+  constexpr double kNear_mm = 1 << 30, kVertical_mm = kMaxVertical_mm;
+  bool near = scan.size > 0;
+  for_each_chunk(scan, [&](const float* x, const float* y, const float* z, std::size_t at, std::size_t n) {
+    near = near && round_near(x, n, kNear_mm, &at_x_[at], reach_x_) &&
+           round_near(y, n, kNear_mm, &at_y_[at], reach_y_) && round_near(z, n, kVertical_mm, &z_[at], reach_z);
+    return near;
+  });
+  return near;
+}
+
+void ScanSegmenter::Impl::read_all(const ScanPoints& scan) {
+  block_.reset(scan.size);
+  for_each_chunk(scan, [&](const float* x, const float* y, const float* z, std::size_t at, std::size_t n) {
+    round_into<float>({{x, 1000, 0}, {y, 1000, 0}, {z, 1000, 0}}, n, block_, at);
+    return true;
+  });
+}
+
+bool ScanSegmenter::Impl::take_block() {
+  const std::size_t n = block_.size();
+  const Interval x = bounds(block_.x_mm, block_), y = bounds(block_.y_mm, block_);
+  if (x.low > x.high || x.high - x.low > Divider::kMaxOffset || y.high - y.low > Divider::kMaxOffset) return false;
+  origin_x_ = floor_div(x.low, r_) * r_;
+  origin_y_ = floor_div(y.low, r_) * r_;
+  reach_x_ = {x.low - origin_x_, x.high - origin_x_};
+  reach_y_ = {y.low - origin_y_, y.high - origin_y_};
+  dropped_ = block_.dropped();
+  at_x_.resize(n);
+  at_y_.resize(n);
+  z_.assign(block_.z_mm.begin(), block_.z_mm.end());
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool dropped = block_.x_mm[i] == PointBlock::kDroppedX;
+    at_x_[i] = dropped ? kDropped : static_cast<std::int32_t>(block_.x_mm[i] - origin_x_);
+    at_y_[i] = dropped ? 0 : static_cast<std::int32_t>(block_.y_mm[i] - origin_y_);
+  }
+  return true;
+}
+
 bool ScanSegmenter::Impl::locate() {
-  const std::size_t n = points_.size();
+  const std::size_t n = at_x_.size();
   if (parameters_.method != Method::kFixed || n > kMaxNodePoints) return false;
-  const Interval x = bounds(points_.x_mm.data(), points_.x_mm.data(), n);
-  const Interval y = bounds(points_.y_mm.data(), points_.x_mm.data(), n);
-  if (x.low > x.high) return false;
+  const std::int64_t x0 = floor_div(reach_x_.low, r_) * r_, y0 = floor_div(reach_y_.low, r_) * r_;
+  if (reach_x_.high - x0 > Divider::kMaxOffset || reach_y_.high - y0 > Divider::kMaxOffset) return false;
   const auto cell = [&](std::int64_t mm) { return static_cast<std::int32_t>(floor_div(mm, r_)); };
-  box_ = {cell(x.low), cell(y.low), cell(x.high) + 1, cell(y.high) + 1};
-  const std::int64_t x0 = std::int64_t{box_.col0} * r_, y0 = std::int64_t{box_.row0} * r_;
-  if (x.high - x0 > Divider::kMaxOffset || y.high - y0 > Divider::kMaxOffset) return false;
+  box_ = {cell(origin_x_ + reach_x_.low), cell(origin_y_ + reach_y_.low), cell(origin_x_ + reach_x_.high) + 1,
+          cell(origin_y_ + reach_y_.high) + 1};
   if (static_cast<std::uint64_t>(box_.grown(completion_.halo() + 1).cells()) * kTriangles > kMostNodes) return false;
 
   node_.resize(n);
   x_.resize(n);
   y_.resize(n);
-  locate_points(points_, x0, y0, static_cast<std::uint32_t>(r_), static_cast<std::uint32_t>(box_.cols()), node_.data(),
-                x_.data(), y_.data());
-  if (points_.dropped() > 0)
+  locate_points(at_x_.data(), at_y_.data(), n, static_cast<std::int32_t>(x0), static_cast<std::int32_t>(y0),
+                static_cast<std::uint32_t>(r_), static_cast<std::uint32_t>(box_.cols()), node_.data(), x_.data(),
+                y_.data());
+  if (dropped_ > 0)
     for (std::size_t i = 0; i < n; ++i)
-      if (points_.x_mm[i] == PointBlock::kDroppedX) node_[i] = static_cast<std::uint32_t>(node_count());
+      if (at_x_[i] == kDropped) node_[i] = static_cast<std::uint32_t>(node_count());
   return true;
 }
 
 // A counting sort. The scan is cut into parts that count for themselves and are gone through side by side.
 void ScanSegmenter::Impl::sort() {
-  const std::size_t n = points_.size(), part = n / kParts, nodes = node_count() + 1;  // the last one: dropped points
+  const std::size_t n = at_x_.size(), part = n / kParts, nodes = node_count() + 1;  // the last one: dropped points
   end_.assign((nodes + 1) * kParts, 0);
   std::uint32_t* end = end_.data();
   const std::uint32_t* node = node_.data();
@@ -210,7 +315,7 @@ void ScanSegmenter::Impl::sort() {
     const std::uint32_t to = end[node[i] * kParts + k]++;
     x[to] = x_[i];
     y[to] = y_[i];
-    z[to] = points_.z_mm[i];
+    z[to] = z_[i];
   });
   // Where parts ended, the next ones began: shifted by one, ends are beginnings again.
   std::copy_backward(end_.begin(), end_.end() - 1, end_.end());
@@ -287,26 +392,32 @@ void ScanSegmenter::Impl::fit() {
 }
 
 void ScanSegmenter::Impl::label() {
-  const std::size_t n = points_.size();
-  const std::uint32_t dropped = static_cast<std::uint32_t>(node_count());
-  const LabelPlane* planes = planes_.data();
+  const std::size_t n = at_x_.size();
+  const LabelPlane* const planes = planes_.data();
+  labels_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const LabelPlane& plane = planes[node_[i]];
-    const auto dz = static_cast<float>(std::int64_t{points_.z_mm[i]} - plane.centre_mm);
+    const auto dz = static_cast<float>(z_[i] - plane.centre_mm);
     const float above = dz - (plane.a * static_cast<float>(x_[i]) + plane.b * static_cast<float>(y_[i]));
-    labels_[i] = above < plane.below ? Label::kBelow : above <= plane.terrain ? Label::kTerrain : Label::kObstacle;
+    // Without branches: what is far below is also at most `terrain`.
+    static_assert(static_cast<int>(Label::kTerrain) == 1 && static_cast<int>(Label::kObstacle) == 2 &&
+                  static_cast<int>(Label::kBelow) == 3);
+    labels_[i] = static_cast<Label>(2 - (above <= plane.terrain) + 2 * (above < plane.below));
   }
-  if (points_.dropped() > 0)
+  if (dropped_ > 0)
     for (std::size_t i = 0; i < n; ++i)
-      if (node_[i] == dropped) labels_[i] = Label::kDropped;
-  std::array<std::uint64_t, 4> count{};
-  for (int k = 0; k < 4; ++k)
-    for (const Label l : labels_) count[k] += l == static_cast<Label>(k);
-  counts_.dropped = count[0], counts_.terrain = count[1], counts_.obstacle = count[2], counts_.below = count[3];
+      if (at_x_[i] == kDropped) labels_[i] = Label::kDropped;
+  const auto count = [&](Label label) {
+    return static_cast<std::uint64_t>(std::count(labels_.begin(), labels_.end(), label));
+  };
+  counts_.dropped = dropped_;
+  counts_.terrain = count(Label::kTerrain);
+  counts_.below = count(Label::kBelow);
+  counts_.obstacle = n - counts_.dropped - counts_.terrain - counts_.below;
 }
 
 std::span<const Label> ScanSegmenter::Impl::segment_as_map() {
-  SegmentedScan scan = segment_scan(BlockSource(points_), parameters_);
+  SegmentedScan scan = segment_scan(BlockSource(block_), parameters_);
   labels_ = std::move(scan.labels);
   counts_ = scan.counts;
   return labels_;
@@ -318,31 +429,7 @@ ScanSegmenter::ScanSegmenter(ScanSegmenter&&) noexcept = default;
 ScanSegmenter& ScanSegmenter::operator=(ScanSegmenter&&) noexcept = default;
 const LabelCounts& ScanSegmenter::counts() const { return impl_->counts_; }
 
-std::span<const Label> ScanSegmenter::segment(const ScanPoints& scan) {
-  PointBlock& block = impl_->points_;
-  block.reset(scan.size);
-  std::array<float, kMmChunk> x, y, z;
-  const auto read = [&](const float* first, std::size_t i) {
-    float v;
-    std::memcpy(&v, reinterpret_cast<const char*>(first) + i * scan.stride_bytes, sizeof v);
-    return v;
-  };
-  for (std::size_t at = 0; at < scan.size; at += kMmChunk) {
-    const std::size_t n = std::min(kMmChunk, scan.size - at);
-    for (std::size_t i = 0; i < n; ++i) {
-      x[i] = read(scan.x_m, at + i);
-      y[i] = read(scan.y_m, at + i);
-      z[i] = read(scan.z_m, at + i);
-    }
-    // A float times 1000 is exact in double, so there is one rounding.
-    round_into<float>({{x.data(), 1000, 0}, {y.data(), 1000, 0}, {z.data(), 1000, 0}}, n, block, at);
-  }
-  return impl_->segment();
-}
-
-std::span<const Label> ScanSegmenter::segment(const PointSource& scan) {
-  scan.read(0, static_cast<std::size_t>(scan.size()), impl_->points_);
-  return impl_->segment();
-}
+std::span<const Label> ScanSegmenter::segment(const ScanPoints& scan) { return impl_->segment(scan); }
+std::span<const Label> ScanSegmenter::segment(const PointSource& scan) { return impl_->segment(scan); }
 
 }  // namespace btms
