@@ -12,7 +12,14 @@ namespace btms {
 
 class Components {
  public:
-  explicit Components(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  Components() = default;
+  explicit Components(std::size_t n) { reset(n); }
+
+  // n components of one member each; reuses memory.
+  void reset(std::size_t n) {
+    parent_.resize(n);
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
 
   void unite(std::uint32_t a, std::uint32_t b) {
     a = find(a);

@@ -13,17 +13,27 @@
 
 namespace btms {
 
-// Weighted mean of the planes of the n^t around one corner. Add the incident nodes in the fixed order of kIncidentTable
-// (lattice corners) or by triangle (centre corners): the sums are floating point.
+// The plane of an n^t, ready to be asked for heights at the corners of its square.
+struct CornerPlane {
+  double mean_x, mean_y, mean_z, slope_x, slope_y, weight;
+
+  explicit CornerPlane(const Node& node)
+      : mean_x(node.mean_x_mm), mean_y(node.mean_y_mm), mean_z(node.mean_z_mm), weight(node.weight) {
+    const Eigen::Vector2d g = gradient_of(node);
+    slope_x = g.x();
+    slope_y = g.y();
+  }
+};
+
+// Weighted mean of the planes of the n^t around one corner. Add them in ascending order of their nodes: the sums are
+// floating point.
 class CornerMean {
  public:
-  // The node's square is centred at (dx, dy) from the corner, millimetres.
-  void add(const Node& node, std::int32_t dx_mm, std::int32_t dy_mm) {
-    if (!node.is_terrain()) return;
-    const double x = -(dx_mm + node.mean_x_mm), y = -(dy_mm + node.mean_y_mm);  // the corner seen from m_i
-    const Eigen::Vector2d g = gradient_of(node);
-    const double z = node.mean_z_mm + g.x() * x + g.y() * y;
-    const double w = node.weight / std::max(1.0, std::sqrt(x * x + y * y));  // distance floored at 1 mm
+  // The corner lies at (x, y) from the centre of the plane's square, millimetres.
+  void add(const CornerPlane& plane, double corner_x_mm, double corner_y_mm) {
+    const double x = corner_x_mm - plane.mean_x, y = corner_y_mm - plane.mean_y;  // the corner seen from m_i
+    const double z = plane.mean_z + plane.slope_x * x + plane.slope_y * y;
+    const double w = plane.weight / std::max(1.0, std::sqrt(x * x + y * y));  // distance floored at 1 mm
     weighted_ += w * z;
     weight_ += w;
     plain_ += z;

@@ -14,17 +14,23 @@ namespace btms {
 inline constexpr int kKernelBits = 24;
 inline constexpr double kKernelUnit = 1 << kKernelBits;
 
-// Precondition: 0 <= t.  Zero from t = 1 on.
-inline double kernel_real(double t) {
-  if (!(t < 1)) return 0;
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"  // lanes are inlined
+// The polynomial alone, which is k for 0 <= t < 1; of a double or of lanes.
+template <class Value>
+[[gnu::always_inline]] inline Value kernel_polynomial(const Value& t) {
   constexpr double kP[] = {0.9999999998379971,   5.000000062559527,   8.420260035579595, 2.1013961828528314,
                            -7.050302527748029,   -4.714134429592761,  2.336901678458754, 2.50501546716526,
                            -0.17377637307124427, -1.1289807251230233, 0.3622101911760698};
-  double p = kP[10];
-  for (int i = 9; i >= 0; --i) p = p * t + kP[i];
-  const double u = 1 - t, u2 = u * u;
+  Value p = t * kP[10] + kP[9];
+  for (int i = 8; i >= 0; --i) p = p * t + kP[i];
+  const Value u = 1.0 - t, u2 = u * u;
   return p * u2 * u2 * u;
 }
+#pragma GCC diagnostic pop
+
+// Precondition: 0 <= t.  Zero from t = 1 on.
+inline double kernel_real(double t) { return t < 1 ? kernel_polynomial(t) : 0; }
 
 inline std::int64_t kernel(double t) { return static_cast<std::int64_t>(kernel_real(t) * kKernelUnit + 0.5); }
 

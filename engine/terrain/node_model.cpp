@@ -1,12 +1,16 @@
 #include "engine/terrain/node_model.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstring>
 
-#include "engine/terrain/moments.h"
+#include "engine/lattice/lanes.h"
+#include "engine/lattice/wide.h"
+#include "engine/terrain/lane_moments.h"
 #include "engine/terrain/symmetric_eigen.h"
 #include "engine/terrain/trigonometry.h"
+
+#pragma GCC diagnostic ignored "-Wpsabi"  // what takes or returns lanes is inlined
 
 namespace btms {
 namespace {
@@ -18,89 +22,193 @@ constexpr double kPlaneUnit = 1 << kPlaneBits;
 constexpr double kSteepestFit = 7.9;  // slopes beyond are clamped: they fail Eq 5 anyway
 constexpr int kRefits = 3;
 
-struct FixedPlane {
-  std::int64_t a = 0, b = 0, c = 0;  // z = (a x + b y + c) / 2^12
+constexpr double kPadding_mm = 1 << 30;  // height of lanes' missing points: above any plane
+
+// z = (a x + b y + c) / 2^12
+struct FixedPlanes {
+  Lanes a{}, b{}, c{};
 };
 
-// Sums of the points at most `above_mm` over the plane; z relative to `datum_mm`, clamped.
-Moments select(const NodePoints& p, std::int32_t datum_mm, const FixedPlane& plane, std::int32_t above_mm) {
-  const std::int64_t limit = plane.c + (std::int64_t{above_mm} << kPlaneBits);
-  Moments m;
-  for (std::size_t i = 0; i < p.size; ++i) {
-    const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
-    const std::int64_t z =
-        std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum_mm, -kMaxNodeRelief_mm, kMaxNodeRelief_mm);
-    const std::int64_t keep = -static_cast<std::int64_t>((z << kPlaneBits) - (plane.a * x + plane.b * y) <= limit);
-    const std::int64_t kx = x & keep, ky = y & keep, kz = z & keep;
-    m.n -= keep;
-    m.x += kx;
-    m.y += ky;
-    m.z += kz;
-    m.xx += kx * x;
-    m.xy += kx * y;
-    m.xz += kx * z;
-    m.yy += ky * y;
-    m.yz += ky * z;
-    m.zz += kz * z;
+// The points of four nodes, a lane each; z from each node's datum, clamped.
+struct LanePoints {
+  const double *x_mm, *y_mm;
+  double* z_mm;
+  std::size_t size;  // of the fullest node, times kLanes
+};
+
+// Four consecutive values of every lane, side by side.
+template <class Four, class Value>
+BTMS_INLINE void interleave_four(const Value* const (&from)[kLanes], std::size_t i, double* to) {
+  Lanes v[kLanes];
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    Four four;
+    std::memcpy(&four, from[lane] + i, sizeof four);
+    v[lane] = __builtin_convertvector(__builtin_convertvector(four, IntLanes), Lanes);
+  }
+  const Lanes low01 = __builtin_shuffle(v[0], v[1], LongLanes{0, 4, 2, 6});
+  const Lanes high01 = __builtin_shuffle(v[0], v[1], LongLanes{1, 5, 3, 7});
+  const Lanes low23 = __builtin_shuffle(v[2], v[3], LongLanes{0, 4, 2, 6});
+  const Lanes high23 = __builtin_shuffle(v[2], v[3], LongLanes{1, 5, 3, 7});
+  to += i * kLanes;
+  store_lanes(to, __builtin_shuffle(low01, low23, LongLanes{0, 1, 4, 5}));
+  store_lanes(to + kLanes, __builtin_shuffle(high01, high23, LongLanes{0, 1, 4, 5}));
+  store_lanes(to + 2 * kLanes, __builtin_shuffle(low01, low23, LongLanes{2, 3, 6, 7}));
+  store_lanes(to + 3 * kLanes, __builtin_shuffle(high01, high23, LongLanes{2, 3, 6, 7}));
+}
+
+BTMS_INLINE LanePoints interleave(const SquarePoints& square, ModelScratch& s) {
+  std::size_t longest = 0, shortest = SIZE_MAX;
+  for (const NodePoints& p : square) longest = std::max(longest, p.size), shortest = std::min(shortest, p.size);
+  if (s.x_mm.size() < longest * kLanes) {
+    s.x_mm.resize(longest * kLanes);
+    s.y_mm.resize(longest * kLanes);
+    s.z_mm.resize(longest * kLanes);
+  }
+  const std::size_t full = shortest / kLanes * kLanes;  // the rest goes point by point
+  for (std::size_t i = 0; i < full; i += kLanes) {
+    interleave_four<ShortLanes>({square[0].x_mm, square[1].x_mm, square[2].x_mm, square[3].x_mm}, i, s.x_mm.data());
+    interleave_four<ShortLanes>({square[0].y_mm, square[1].y_mm, square[2].y_mm, square[3].y_mm}, i, s.y_mm.data());
+    interleave_four<IntLanes>({square[0].z_mm, square[1].z_mm, square[2].z_mm, square[3].z_mm}, i, s.z_mm.data());
+  }
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const NodePoints& p = square[lane];
+    double *x = s.x_mm.data() + lane, *y = s.y_mm.data() + lane, *z = s.z_mm.data() + lane;
+    for (std::size_t i = full; i < p.size; ++i) {
+      x[i * kLanes] = p.x_mm[i];
+      y[i * kLanes] = p.y_mm[i];
+      z[i * kLanes] = p.z_mm[i];
+    }
+    for (std::size_t i = p.size; i < longest; ++i) {
+      x[i * kLanes] = y[i * kLanes] = 0;
+      z[i * kLanes] = kPadding_mm;
+    }
+  }
+  return {s.x_mm.data(), s.y_mm.data(), s.z_mm.data(), longest * kLanes};
+}
+
+BTMS_INLINE LongLanes count_below(const LanePoints& p, const Lanes& limit) {
+  LongLanes n{};
+  for (std::size_t i = 0; i < p.size; i += kLanes) n -= load_lanes(p.z_mm + i) < limit;
+  return n;
+}
+
+// Height of each node's lowest points: the mean of the lowest quarter (1 to 20 points), taken in whole buckets of 32 mm
+// above the minimum, so that it is an exact sum of a set that no order can change. Leaves heights relative to it.
+BTMS_INLINE Lanes take_datums(const LanePoints& p, const Lanes& count) {
+  constexpr int kBuckets = 64, kNearBuckets = 8;
+  constexpr double kBucket_mm = 32;
+  Lanes lowest = Lanes{} + kPadding_mm;
+  for (std::size_t i = 0; i < p.size; i += kLanes) {
+    const Lanes z = load_lanes(p.z_mm + i);
+    lowest = z < lowest ? z : lowest;
+  }
+  Lanes wanted = floor_lanes(count * 0.25);
+  wanted = wanted > 1.0 ? wanted : Lanes{} + 1.0;
+  wanted = wanted < 20.0 ? wanted : Lanes{} + 20.0;
+  const LongLanes enough = __builtin_convertvector(wanted, LongLanes);
+  // By bisection: the lowest bucket up to which enough points lie, or the last one. Most often it is one of the first.
+  const bool near = !any_lane(count_below(p, lowest + kNearBuckets * kBucket_mm) < enough);
+  Lanes bucket{};
+  for (int half = (near ? kNearBuckets : kBuckets) / 2; half > 0; half /= 2)
+    bucket = count_below(p, lowest + (bucket + half) * kBucket_mm) < enough ? bucket + half : bucket;
+  const Lanes limit = lowest + (bucket + 1.0) * kBucket_mm;
+  Lanes n{}, sum{};
+  for (std::size_t i = 0; i < p.size; i += kLanes) {
+    const Lanes z = load_lanes(p.z_mm + i);
+    const LongLanes taken = z < limit;
+    n += taken ? Lanes{} + 1.0 : Lanes{};
+    sum += taken ? z - lowest : Lanes{};
+  }
+  const Lanes datum = lowest + floor_lanes(sum / n);
+  for (std::size_t i = 0; i < p.size; i += kLanes) {
+    const Lanes z = load_lanes(p.z_mm + i);
+    store_lanes(p.z_mm + i, z < kPadding_mm ? clamp_lanes(z - datum, kMaxNodeRelief_mm) : z);
+  }
+  return datum;
+}
+
+// Sums of the points at most `above_mm` over the planes.
+template <class Sum>
+BTMS_INLINE Moments<Sum> select(const LanePoints& p, const FixedPlanes& plane, double above_mm) {
+  const Lanes limit = plane.c + above_mm * kPlaneUnit, one = Lanes{} + 1.0;
+  Moments<Sum> m;
+  for (std::size_t i = 0; i < p.size; i += kLanes) {
+    const Lanes x = load_lanes(p.x_mm + i), y = load_lanes(p.y_mm + i), z = load_lanes(p.z_mm + i);
+    m.add(one, x, y, z, z * kPlaneUnit - (plane.a * x + plane.b * y) <= limit);
   }
   return m;
 }
 
-// Height of the node's lowest points: the mean of the lowest quarter (1 to 20 points), taken in whole buckets of 32 mm
-// above the minimum, so that it is an exact sum of a set that no order can change.
-std::int32_t lowest_points_mm(const NodePoints& p) {
-  constexpr int kBuckets = 64;
-  constexpr int kBucketBits = 5;
-  const std::int32_t lowest = *std::min_element(p.z_mm, p.z_mm + p.size);
-  std::array<std::uint32_t, kBuckets> count{};
-  std::array<std::int64_t, kBuckets> sum{};
-  for (std::size_t i = 0; i < p.size; ++i) {
-    const std::int64_t above = std::int64_t{p.z_mm[i]} - lowest;
-    if (above >= (std::int64_t{kBuckets} << kBucketBits)) continue;
-    ++count[static_cast<std::size_t>(above >> kBucketBits)];
-    sum[static_cast<std::size_t>(above >> kBucketBits)] += above;
-  }
-  const std::int64_t wanted = std::clamp<std::int64_t>(static_cast<std::int64_t>(p.size / 4), 1, 20);
-  std::int64_t n = 0, total = 0;
-  for (std::size_t k = 0; k < kBuckets && n < wanted; ++k) {
-    n += count[k];
-    total += sum[k];
-  }
-  return lowest + static_cast<std::int32_t>(total / n);  // both positive: truncation is floor
+// Least-squares planes z = a x + b y + c through the selected points; says for which nodes they determine one.
+template <class Sum>
+BTMS_INLINE LongLanes fit_planes(const Moments<Sum>& m, FixedPlanes& plane) {
+  const Lanes cxx = central(m, m.xx, m.x, m.x), cxy = central(m, m.xy, m.x, m.y), cyy = central(m, m.yy, m.y, m.y);
+  const Lanes cxz = central(m, m.xz, m.x, m.z), cyz = central(m, m.yz, m.y, m.z);
+  const Lanes det = cxx * cyy - cxy * cxy, n = to_lanes(m.n);
+  const LongLanes fitted = (n >= 3.0) & (det > 1e-6 * cxx * cyy);
+  const Lanes a = clamp_lanes((cxz * cyy - cyz * cxy) / det, kSteepestFit);
+  const Lanes b = clamp_lanes((cyz * cxx - cxz * cxy) / det, kSteepestFit);
+  const Lanes c = (to_lanes(m.z) - a * to_lanes(m.x) - b * to_lanes(m.y)) / n;
+  // Where there is no plane: one below all points.
+  plane.a = fitted ? floor_lanes(a * kPlaneUnit + 0.5) : Lanes{};
+  plane.b = fitted ? floor_lanes(b * kPlaneUnit + 0.5) : Lanes{};
+  plane.c = fitted ? floor_lanes(c * kPlaneUnit + 0.5) : Lanes{} - kPadding_mm * kPlaneUnit;
+  return fitted;
 }
 
-// Least-squares plane z = a x + b y + c through the selected points; false where they don't determine one.
-bool fit_plane(const Moments& m, FixedPlane& plane) {
-  if (m.n < 3) return false;
-  const double cxx = central(m, m.xx, m.x, m.x), cxy = central(m, m.xy, m.x, m.y), cyy = central(m, m.yy, m.y, m.y);
-  const double cxz = central(m, m.xz, m.x, m.z), cyz = central(m, m.yz, m.y, m.z);
-  const double det = cxx * cyy - cxy * cxy;
-  if (!(det > 1e-6 * cxx * cyy)) return false;
-  const double a = std::clamp((cxz * cyy - cyz * cxy) / det, -kSteepestFit, kSteepestFit);
-  const double b = std::clamp((cyz * cxx - cxz * cxy) / det, -kSteepestFit, kSteepestFit);
-  const double c = (static_cast<double>(m.z) - a * static_cast<double>(m.x) - b * static_cast<double>(m.y)) /
-                   static_cast<double>(m.n);
-  plane.a = static_cast<std::int64_t>(round_half_up(a * kPlaneUnit));
-  plane.b = static_cast<std::int64_t>(round_half_up(b * kPlaneUnit));
-  plane.c = static_cast<std::int64_t>(round_half_up(c * kPlaneUnit));
-  return true;
-}
-
-// The points the node's plane is made of. n = 0 where they don't determine a plane.
-Moments robust_selection(const NodePoints& p, std::int32_t seed_mm, const NodeModelRules& rules) {
-  Moments m = select(p, seed_mm, FixedPlane{}, rules.seed_height_mm);
+// The points the nodes' planes are made of; none where they don't determine a plane.
+template <class Sum>
+BTMS_INLINE Moments<Sum> robust_selection(const LanePoints& p, const NodeModelRules& rules) {
+  Moments<Sum> m = select<Sum>(p, FixedPlanes{}, rules.seed_height_mm);
   for (int i = 0; i < kRefits; ++i) {
-    FixedPlane plane;
-    if (!fit_plane(m, plane)) return Moments{};
-    const Moments next = select(p, seed_mm, plane, rules.refit_distance_mm);
-    if (next == m) break;  // the same points again: further refits repeat
+    FixedPlanes plane;
+    fit_planes(m, plane);
+    const Moments<Sum> next = select<Sum>(p, plane, rules.refit_distance_mm);
+    const bool settled = !any_lane(~equal(next, m));  // the same points again: further refits repeat
     m = next;
+    if (settled) break;
   }
   return m;
 }
 
 constexpr double kSmallestPlane_mm2 = 1e-6;   // l1 below 1e-12 m^2: all points in one place
 constexpr double kCoordinateNoise_mm2 = 1.0;  // l2 within the rounding of the coordinates: points on a line
+
+template <class Sum>
+BTMS_INLINE Moments<Sum> choose(const LanePoints& p, const NodeModelRules& rules) {
+  if (rules.model == NodeModel::kRobust) return robust_selection<Sum>(p, rules);
+  return select<Sum>(p, FixedPlanes{}, kMaxNodeRelief_mm);  // all points
+}
+
+// Eq 2, 3 and 5 from the chosen points.
+template <class Sum>
+BTMS_INLINE void finish(const SquarePoints& points, const NodeModelRules& rules, const Lanes& datum,
+                        const Moments<Sum>& m, Node* square) {
+  // Eq 2: planes through the means, normal = eigenvector of the smallest eigenvalue.
+  const EigenSystems e = solve_eigen(covariance(m));
+  const Lanes n = to_lanes(m.n);
+  const LongLanes planar = (n >= 3.0) & (e.l1 >= kSmallestPlane_mm2) & (e.l2 > kCoordinateNoise_mm2);
+  const Lanes x = to_lanes(m.x) / n, y = to_lanes(m.y) / n, z = to_lanes(m.z) / n;
+  // Eq 3
+  const Lanes weight = (1.0 - e.l3 / e.l1) * ((e.l2 - e.l3) / e.l1), sd = sqrt_lanes(e.l3);
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    if (points[t].size == 0) continue;
+    Node& node = square[t];
+    node.node_class = NodeClass::kNoPlane;
+    node.count = static_cast<std::uint32_t>(points[t].size);
+    node.mean_z_mm = static_cast<std::int32_t>(datum[t]);
+    if (!planar[t]) continue;
+    node.mean_x_mm = static_cast<std::int16_t>(round_half_up(x[t]));
+    node.mean_y_mm = static_cast<std::int16_t>(round_half_up(y[t]));
+    node.mean_z_mm += static_cast<std::int32_t>(round_half_up(z[t]));
+    set_normal(node, {e.normal_x[t], e.normal_y[t], e.normal_z[t]});
+    node.weight = saturate_u16(weight[t] * kWeightUnit);
+    node.sd_mm = saturate_u16(sd[t]);
+    // Eq 5, read as n >= sigma and s_z >= cos(theta)
+    if (node.count >= rules.min_points && normal_xy_squared(node) <= rules.steepest_normal_xy2)
+      node.node_class = NodeClass::kCandidate;
+  }
+}
 
 }  // namespace
 
@@ -116,39 +224,18 @@ NodeModelRules::NodeModelRules(const Parameters& p)
       steepest_normal_xy2(btms::steepest_normal_xy2(p.slope_max_deg)),
       min_points(static_cast<std::uint32_t>(p.min_points)) {}
 
-Node model_node(const NodePoints& p, const NodeModelRules& rules) {
-  Node node;
-  if (p.size == 0) return node;
-  node.node_class = NodeClass::kNoPlane;
-  node.count = static_cast<std::uint32_t>(std::min<std::size_t>(p.size, 0xffffffffu));
-  const std::int32_t datum = lowest_points_mm(p);
-  node.mean_z_mm = datum;
-  if (p.size < 3) return node;
-
-  Moments m;
-  if (rules.model == NodeModel::kRobust) {
-    m = robust_selection(p, datum, rules);
-  } else {
-    m = select(p, datum, FixedPlane{}, kMaxNodeRelief_mm);  // all points
-  }
-  if (m.n < 3) return node;
-
-  // Eq 2: plane through the mean, normal = eigenvector of the smallest eigenvalue.
-  const EigenSystem e = solve_eigen(covariance(m));
-  if (e.l1 < kSmallestPlane_mm2 || e.l2 <= kCoordinateNoise_mm2) return node;
-  const double n = static_cast<double>(m.n);
-  node.mean_x_mm = static_cast<std::int16_t>(round_half_up(static_cast<double>(m.x) / n));
-  node.mean_y_mm = static_cast<std::int16_t>(round_half_up(static_cast<double>(m.y) / n));
-  node.mean_z_mm = datum + static_cast<std::int32_t>(round_half_up(static_cast<double>(m.z) / n));
-  set_normal(node, e.normal);
-  // Eq 3
-  const double weight = (1 - e.l3 / e.l1) * ((e.l2 - e.l3) / e.l1);
-  node.weight = saturate_u16(weight * kWeightUnit);
-  node.sd_mm = saturate_u16(std::sqrt(e.l3));
-  // Eq 5, read as n >= sigma and s_z >= cos(theta)
-  if (node.count >= rules.min_points && normal_xy_squared(node) <= rules.steepest_normal_xy2)
-    node.node_class = NodeClass::kCandidate;
-  return node;
+BTMS_WIDE void model_square(const SquarePoints& points, const NodeModelRules& rules, ModelScratch& scratch,
+                            Node* square) {
+  const LanePoints p = interleave(points, scratch);
+  std::fill_n(square, kTriangles, Node{});
+  if (p.size == 0) return;
+  Lanes count{};
+  for (std::size_t t = 0; t < kLanes; ++t) count[t] = static_cast<double>(points[t].size);
+  const Lanes datum = take_datums(p, count);
+  if (p.size <= kExactNodePoints * kLanes)
+    finish(points, rules, datum, choose<Lanes>(p, rules), square);
+  else
+    finish(points, rules, datum, choose<LongLanes>(p, rules), square);
 }
 
 }  // namespace btms

@@ -1,10 +1,12 @@
 // From the points of a node to its plane, weight and class (paper Eq 2, 3, 5).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <vector>
 
+#include "engine/lattice/lattice.h"
 #include "engine/terrain/node.h"
 #include "engine/terrain/parameters.h"
 
@@ -32,8 +34,16 @@ struct NodePoints {
   std::size_t size = 0;
 };
 
-// The node of its points: kEmpty without points, kNoPlane or kCandidate with. The result depends on the set of points,
-// not on their order. Thread-safe; total for up to kMaxNodePoints points.
-Node model_node(const NodePoints& points, const NodeModelRules& rules);
+// East, north, west, south.
+using SquarePoints = std::array<NodePoints, kTriangles>;
+
+// Reusable memory of model_square().
+struct ModelScratch {
+  std::vector<double> x_mm, y_mm, z_mm;  // the points of four nodes, side by side
+};
+
+// The nodes of a square's points: kEmpty without points, kNoPlane or kCandidate with. The result depends on the sets of
+// points, not on their order. Thread-safe with a scratch each; total for up to kMaxNodePoints points a node.
+void model_square(const SquarePoints& points, const NodeModelRules& rules, ModelScratch& scratch, Node* square);
 
 }  // namespace btms

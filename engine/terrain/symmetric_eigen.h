@@ -1,73 +1,81 @@
-// Eigenvalues of a symmetric positive semi-definite 3x3 matrix and the eigenvector of the smallest one, by Newton steps
-// on the characteristic polynomial: +, *, / and sqrt only, so the bits are the same on every CPU and at every
-// optimisation level. Eigen's solvers are faster to write and change bits with compiler flags.
+// Eigenvalues of symmetric positive semi-definite 3x3 matrices, four at once, and the eigenvectors of the smallest
+// ones, by Newton steps on the characteristic polynomial: +, *, / and sqrt only, so the bits are the same on every CPU
+// and at every optimisation level. Eigen's solvers are faster to write and change bits with compiler flags.
 //
 // Accuracy: eigenvalues within 1e-9 of the largest where they stand apart, 1e-6 where two of them coincide and 1e-4 in
 // a ball (a double root is known to half the digits, a triple one to a third; a fixed-order Jacobi in the tests is the
 // oracle).
 #pragma once
 
-#include <Eigen/Core>
-#include <algorithm>
-#include <cmath>
+#include "engine/lattice/lanes.h"
 
 namespace btms {
 
-struct SymmetricMatrix {
-  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"  // lanes are inlined
+
+struct SymmetricMatrices {
+  Lanes xx{}, xy{}, xz{}, yy{}, yz{}, zz{};
 };
 
-struct EigenSystem {
-  double l1 = 0, l2 = 0, l3 = 0;    // descending, l3 >= 0
-  Eigen::Vector3d normal{0, 0, 1};  // unit eigenvector of l3, z >= 0; (0, 0, 1) where it is not determined
+struct EigenSystems {
+  Lanes l1{}, l2{}, l3{};  // descending, l3 >= 0
+  // Unit eigenvector of l3, z >= 0; (0, 0, 1) where it is not determined.
+  Lanes normal_x{}, normal_y{}, normal_z{};
 };
 
-// Total: a zero (or not positive) trace gives all zeros.
-inline EigenSystem solve_eigen(const SymmetricMatrix& m) {
-  EigenSystem e;
-  const double trace = m.xx + m.yy + m.zz;
-  if (!(trace > 0)) return e;
-  const double scale = 1 / trace;
-  const double xx = m.xx * scale, xy = m.xy * scale, xz = m.xz * scale;
-  const double yy = m.yy * scale, yz = m.yz * scale, zz = m.zz * scale;
-  const double xy2 = xy * xy, xz2 = xz * xz, yz2 = yz * yz;
+// Total: a trace that is not positive (or not a number) gives all zeros.
+BTMS_INLINE EigenSystems solve_eigen(const SymmetricMatrices& m) {
+  const Lanes trace = m.xx + m.yy + m.zz;
+  const LongLanes solvable = trace > 0.0;
+  const Lanes scale = solvable ? 1.0 / trace : Lanes{};
+  const Lanes xx = solvable ? m.xx * scale : Lanes{}, xy = solvable ? m.xy * scale : Lanes{};
+  const Lanes xz = solvable ? m.xz * scale : Lanes{}, yy = solvable ? m.yy * scale : Lanes{};
+  const Lanes yz = solvable ? m.yz * scale : Lanes{}, zz = solvable ? m.zz * scale : Lanes{};
+  const Lanes xy2 = xy * xy, xz2 = xz * xz, yz2 = yz * yz;
 
   // lambda^3 - lambda^2 + minors lambda - det = 0. Started at 0, Newton climbs monotonically to the smallest root.
-  const double minors = xx * yy + xx * zz + yy * zz - xy2 - xz2 - yz2;
-  const double det = xx * (yy * zz - yz2) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy);
+  const Lanes minors = xx * yy + xx * zz + yy * zz - xy2 - xz2 - yz2;
+  const Lanes det = xx * (yy * zz - yz2) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy);
   // It never passes the polynomial's left critical point, where the slope vanishes: there two roots coincide.
-  const double critical = (1 - std::sqrt(std::max(0.0, 1 - 3 * minors))) / 3;
-  double x = 0;
+  const Lanes critical = (1.0 - sqrt_lanes(max_lanes(1.0 - 3.0 * minors, Lanes{}))) / 3.0;
+  Lanes x{};
   for (int i = 0; i < 64; ++i) {
-    const double f = ((-x + 1) * x - minors) * x + det;
-    const double slope = (-3 * x + 2) * x - minors;
-    if (!(slope < -1e-300)) break;
-    const double next = std::min(x - f / slope, critical);
-    if (!(next > x)) break;
-    x = next;
+    const Lanes f = ((-x + 1.0) * x - minors) * x + det;
+    const Lanes slope = (-3.0 * x + 2.0) * x - minors;
+    const Lanes newton = x - f / slope, next = newton < critical ? newton : critical;
+    const LongLanes climbs = (slope < -1e-300) & (next > x);
+    if (!any_lane(climbs)) break;
+    x = climbs ? next : x;  // a lane that stands still stays where it is
   }
 
   // The other two roots from the deflated quadratic.
-  const double sum = 1 - x, product = minors - x * sum;
-  const double root = std::sqrt(std::max(0.0, sum * sum * 0.25 - product));
-  e.l1 = (0.5 * sum + root) * trace;
-  e.l2 = std::max(0.0, 0.5 * sum - root) * trace;
-  e.l3 = x * trace;
+  const Lanes sum = 1.0 - x, product = minors - x * sum;
+  const Lanes root = sqrt_lanes(max_lanes(sum * sum * 0.25 - product, Lanes{}));
+  const Lanes size = solvable ? trace : Lanes{};
+  EigenSystems e;
+  e.l1 = (0.5 * sum + root) * size;
+  e.l2 = max_lanes(0.5 * sum - root, Lanes{}) * size;
+  e.l3 = x * size;
 
   // Rows of (M - x I) span the plane across the eigenvector: the longest of their cross products is the stable one.
-  const double a = xx - x, b = yy - x, c = zz - x;
-  const Eigen::Vector3d u{xy * yz - xz * b, xz * xy - a * yz, a * b - xy2};
-  const Eigen::Vector3d v{xy * c - xz * yz, xz2 - a * c, a * yz - xz * xy};
-  const Eigen::Vector3d w{b * c - yz2, yz * xz - xy * c, xy * yz - b * xz};
-  // Written out: the order of Eigen's own sum depends on its vectorisation.
-  const auto length2_of = [](const Eigen::Vector3d& s) { return s.x() * s.x() + s.y() * s.y() + s.z() * s.z(); };
-  const double uu = length2_of(u), vv = length2_of(v), ww = length2_of(w);
-  const Eigen::Vector3d& best = uu >= vv ? (uu >= ww ? u : w) : (vv >= ww ? v : w);
-  const double length2 = std::max(uu, std::max(vv, ww));
-  if (!(length2 > 1e-60)) return e;
-  e.normal = best * (1 / std::sqrt(length2));
-  if (e.normal.z() < 0) e.normal = -e.normal;
+  const Lanes a = xx - x, b = yy - x, c = zz - x;
+  const Lanes ux = xy * yz - xz * b, uy = xz * xy - a * yz, uz = a * b - xy2;
+  const Lanes vx = xy * c - xz * yz, vy = xz2 - a * c, vz = a * yz - xz * xy;
+  const Lanes wx = b * c - yz2, wy = yz * xz - xy * c, wz = xy * yz - b * xz;
+  const Lanes uu = ux * ux + uy * uy + uz * uz, vv = vx * vx + vy * vy + vz * vz, ww = wx * wx + wy * wy + wz * wz;
+  const LongLanes u_best = (uu >= vv) & (uu >= ww), v_best = ~u_best & (vv >= ww) & (uu < vv);
+  const Lanes length2 = max_lanes(max_lanes(ww, vv), uu);
+  const LongLanes known = length2 > 1e-60;
+  const Lanes up = u_best ? uz : v_best ? vz : wz;
+  const Lanes unit = known ? 1.0 / sqrt_lanes(length2) : Lanes{};
+  const Lanes outward = up * unit < 0.0 ? -unit : unit;
+  e.normal_x = (u_best ? ux : v_best ? vx : wx) * outward;
+  e.normal_y = (u_best ? uy : v_best ? vy : wy) * outward;
+  e.normal_z = known ? up * outward : Lanes{} + 1.0;
   return e;
 }
+
+#pragma GCC diagnostic pop
 
 }  // namespace btms

@@ -1,45 +1,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/lattice/neighbours.h"
-#include "engine/terrain/corner_fit.h"
 #include "engine/terrain/trigonometry.h"
 #include "engine/tiling/passes.h"
+#include "engine/tiling/tile_steps.h"
 
 namespace btms {
 namespace {
-
-struct FitRules {
-  std::int32_t r_mm;
-  std::int64_t steepest_rise2_mm2;  // tan^2(theta) r^2
-  double standing_mm;               // points this far above the surface stand on it
-
-  explicit FitRules(const Parameters& p) : r_mm(resolution_mm(p)), standing_mm(p.terrain_distance_m * 1000) {
-    const double s = sine(radians(p.slope_max_deg)), c = cosine(radians(p.slope_max_deg));
-    steepest_rise2_mm2 = static_cast<std::int64_t>(s * s / (c * c) * r_mm * r_mm);
-  }
-};
-
-void fit_corners(const TileField<Node>& nodes, const FitRules& rules, TerrainTile& tile) {
-  const CellBox& box = tile.box;
-  const std::int32_t half = rules.r_mm / 2;
-  std::size_t corner = 0, centre = 0;
-  for (std::int32_t row = box.row0; row <= box.row1; ++row)
-    for (std::int32_t col = box.col0; col <= box.col1; ++col) {
-      CornerMean mean;
-      for (const NodeOffset& o : kIncidentTable)
-        mean.add(nodes.cell({col + o.col, row + o.row})[o.triangle], o.col * rules.r_mm + half,
-                 o.row * rules.r_mm + half);
-      tile.corner_mm[corner++] = mean.height_mm();
-    }
-  for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col) {
-      CornerMean mean;
-      const Node* cell = nodes.cell({col, row});
-      for (int t = 0; t < kTriangles; ++t) mean.add(cell[t], 0, 0);
-      tile.centre_mm[centre++] = mean.height_mm();
-    }
-}
 
 // Eq 12-13: the node's final plane and what is stored of it.
 NodeSurface finish(const Node& node, std::uint8_t t, const std::array<std::int32_t, 3>& corners,
@@ -91,29 +58,69 @@ void drop_unused_corners(TerrainTile& tile) {
     if (!used[i]) tile.corner_mm[i] = kUnknownHeight_mm;
 }
 
-TerrainTile fit_tile(const TileField<Node>& nodes, const FitRules& rules) {
+}  // namespace
+
+FitRules::FitRules(const Parameters& p) : r_mm(resolution_mm(p)), standing_mm(p.terrain_distance_m * 1000) {
+  const double s = sine(radians(p.slope_max_deg)), c = cosine(radians(p.slope_max_deg));
+  steepest_rise2_mm2 = static_cast<std::int64_t>(s * s / (c * c) * r_mm * r_mm);
+}
+
+// By rows of nodes: each one's plane is worked out once and added to its three corners. Nodes come in ascending order,
+// and so do the terms of every corner.
+void fit_corners(const TileField<Node>& nodes, const FitRules& rules, CornerHeights& out) {
+  const CellBox& box = nodes.interior();
+  const auto cols = static_cast<std::size_t>(box.cols()), rows = static_cast<std::size_t>(box.rows());
+  out.means.assign((cols + 1) * (rows + 1), CornerMean());
+  out.corner_mm.resize((cols + 1) * (rows + 1));
+  out.centre_mm.resize(cols * rows);
+  const double half = rules.r_mm / 2;
+  for (std::int32_t row = box.row0 - 1; row <= box.row1; ++row)
+    for (std::int32_t col = box.col0 - 1; col <= box.col1; ++col) {
+      const Node* cell = nodes.cell({col, row});
+      CornerMean centre;
+      for (std::uint8_t t = 0; t < kTriangles; ++t) {
+        if (!cell[t].is_terrain()) continue;
+        const CornerPlane plane(cell[t]);
+        centre.add(plane, 0, 0);
+        const auto corners = triangle_corners(t);
+        for (int k = 1; k < 3; ++k) {
+          const std::int32_t x = col + corners[k].x / 2 - box.col0, y = row + corners[k].y / 2 - box.row0;
+          if (x < 0 || y < 0 || x > box.cols() || y > box.rows()) continue;
+          out.means[static_cast<std::size_t>(y) * (cols + 1) + static_cast<std::size_t>(x)].add(
+              plane, (corners[k].x - 1) * half, (corners[k].y - 1) * half);
+        }
+      }
+      if (box.contains({col, row}))
+        out.centre_mm[static_cast<std::size_t>(row - box.row0) * cols + static_cast<std::size_t>(col - box.col0)] =
+            centre.height_mm();
+    }
+  for (std::size_t i = 0; i < out.means.size(); ++i) out.corner_mm[i] = out.means[i].height_mm();
+}
+
+TerrainTile fit_tile(const TileField<Node>& nodes, const FitRules& rules, CornerHeights& scratch) {
   const CellBox& box = nodes.interior();
   TerrainTile tile(rules.r_mm, box);
-  fit_corners(nodes, rules, tile);
+  fit_corners(nodes, rules, scratch);
+  tile.corner_mm = scratch.corner_mm;
+  tile.centre_mm = scratch.centre_mm;
+  std::size_t i = 0;
   for (std::int32_t row = box.row0; row < box.row1; ++row)
     for (std::int32_t col = box.col0; col < box.col1; ++col) {
       const Node* cell = nodes.cell({col, row});
-      for (std::uint8_t t = 0; t < kTriangles; ++t) {
-        const NodeId id{{col, row}, t};
-        tile.nodes[tile.node_index(id)] = finish(cell[t], t, tile.corners_mm(id), rules);
-      }
+      for (std::uint8_t t = 0; t < kTriangles; ++t)
+        tile.nodes[i++] = finish(cell[t], t, tile.corners_mm({{col, row}, t}), rules);
     }
   drop_unused_corners(tile);
   return tile;
 }
 
-}  // namespace
-
 FinishedTiles fit_pass(const PassContext& context, const NodeFields& nodes) {
   const FitRules rules(context.parameters);
   FinishedTiles tiles(context.pager, nodes.size());
-  context.for_each_tile("fit", {reads(nodes), writes(tiles)},
-                        [&](std::size_t i, int) { tiles[i] = fit_tile(nodes[i], rules); });
+  std::vector<CornerHeights> scratch(static_cast<std::size_t>(context.threads.count()));
+  context.for_each_tile("fit", {reads(nodes), writes(tiles)}, [&](std::size_t i, int worker) {
+    tiles[i] = fit_tile(nodes[i], rules, scratch[static_cast<std::size_t>(worker)]);
+  });
   return tiles;
 }
 

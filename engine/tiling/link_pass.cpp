@@ -1,13 +1,8 @@
 // Components of locally convex candidates (paper Eq 6 and B-TGS): inside every tile by union-find, over tile borders by
 // merging pairs of component ids. A component's id is its smallest node key; ids exist only here.
-#include <algorithm>
-#include <unordered_map>
-
-#include "engine/lattice/neighbours.h"
-#include "engine/terrain/components.h"
-#include "engine/terrain/local_convexity.h"
 #include "engine/tiling/merged_components.h"
 #include "engine/tiling/passes.h"
+#include "engine/tiling/tile_components.h"
 
 namespace btms {
 namespace {
@@ -20,70 +15,45 @@ struct ComponentSize {
   std::uint64_t nodes = 0, passages = 0;
 };
 
-// Edges from the interior into the halo, as offsets into the node field.
-struct BorderEdge {
-  std::uint32_t inside, outside;
+struct TileLinks {
+  TileComponents found;
+  std::vector<ComponentSize> components;
+
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    found.for_each_buffer(fn), fn(components);
+  }
 };
 
-struct TileLinks {
-  std::vector<ComponentSize> components;  // ascending by id
-  std::vector<BorderEdge> border;
-};
+NodeId node_at(const TileField<Node>& nodes, std::size_t offset) {
+  const std::size_t cell = offset / kTriangles, cols = static_cast<std::size_t>(nodes.held().cols());
+  return {{nodes.held().col0 + static_cast<std::int32_t>(cell % cols),
+           nodes.held().row0 + static_cast<std::int32_t>(cell / cols)},
+          static_cast<std::uint8_t>(offset % kTriangles)};
+}
 
 // Links the candidates of one tile; writes component ids of the interior.
 void link_tile(const TileField<Node>& nodes, const ConvexityRules& rules, std::int32_t r_mm,
-               std::span<const Passage> passed, TileField<NodeKey>& ids, TileLinks& out) {
+               std::span<const Passage> passed, LinkScratch& scratch, TileField<NodeKey>& ids, TileLinks& out) {
+  out.found.find(nodes, rules, r_mm, scratch);
+  for (const TileComponents::Component& c : out.found.components())
+    out.components.push_back({node_key(node_at(nodes, c.root)), c.nodes, 0});
   const CellBox& box = nodes.interior();
-  const std::span<const Node> value = nodes.values();
-  Components components(value.size());
-  for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col)
-      for (std::uint8_t t = 0; t < kTriangles; ++t) {
-        const std::size_t i = nodes.offset({col, row}) + t;
-        const Node& a = value[i];
-        if (a.node_class != NodeClass::kCandidate) continue;
-        for (const NodeOffset& o : kNeighbourTable[t]) {
-          const Cell cell{col + o.col, row + o.row};
-          const std::size_t j = nodes.offset(cell) + o.triangle;
-          const bool inside = box.contains(cell);
-          if (inside && j < i) continue;  // every inner edge once
-          const Node& b = value[j];
-          if (b.node_class != NodeClass::kCandidate) continue;
-          const Eigen::Vector3d d(o.col * r_mm + b.mean_x_mm - a.mean_x_mm, o.row * r_mm + b.mean_y_mm - a.mean_y_mm,
-                                  static_cast<double>(b.mean_z_mm) - a.mean_z_mm);
-          if (!locally_convex(a, b, d, rules)) continue;
-          if (inside)
-            components.unite(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
-          else
-            out.border.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)});
-        }
-      }
-
-  // Ascending offsets are ascending keys inside a tile, so a component's root is its smallest key.
-  std::unordered_map<std::uint32_t, std::size_t> index_of_root;
-  for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col)
-      for (std::uint8_t t = 0; t < kTriangles; ++t) {
-        const std::size_t i = nodes.offset({col, row}) + t;
-        NodeKey& id = ids.values()[ids.offset({col, row}) + t];
-        id = kNoComponent;
-        if (value[i].node_class != NodeClass::kCandidate) continue;
-        const std::uint32_t root = components.find(static_cast<std::uint32_t>(i));
-        if (root == i) {
-          index_of_root.emplace(root, out.components.size());
-          out.components.push_back({node_key({{col, row}, t})});
-        }
-        ComponentSize& component = out.components[index_of_root.at(root)];
-        id = component.id;
-        ++component.nodes;
-      }
+  for (std::int32_t row = box.row0; row < box.row1; ++row) {
+    NodeKey* id = ids.cell({box.col0, row});
+    const std::size_t begin = nodes.offset({box.col0, row});
+    for (std::size_t i = 0; i < static_cast<std::size_t>(box.cols()) * kTriangles; ++i) {
+      const std::uint32_t component = out.found.component_of(begin + i);
+      id[i] = component == TileComponents::kNone ? kNoComponent : out.components[component].id;
+    }
+  }
   for (const Passage& p : passed) {
     const std::size_t i = nodes.offset(p.node.cell) + p.node.triangle;
-    const Node& n = value[i];
+    const Node& n = nodes.values()[i];
     if (n.node_class != NodeClass::kCandidate) continue;
     const Eigen::Vector2d g = gradient_of(n);
     if (p.borne_by(n.mean_z_mm + g.x() * (p.dx_mm - n.mean_x_mm) + g.y() * (p.dy_mm - n.mean_y_mm)))
-      ++out.components[index_of_root.at(components.find(static_cast<std::uint32_t>(i)))].passages;
+      ++out.components[out.found.component_of(i)].passages;
   }
 }
 
@@ -119,11 +89,12 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
   const std::int32_t r_mm = resolution_mm(context.parameters);
 
   TileFields<NodeKey> ids(context.pager, tiles.size());
-  std::vector<TileLinks> links(tiles.size());
+  Paged<TileLinks> links(context.pager, tiles.size());
+  std::vector<LinkScratch> scratch(static_cast<std::size_t>(context.threads.count()));
   const PassagesByTile passed(context.trajectory, context.table);
-  context.for_each_tile("link", {reads(nodes), writes(ids)}, [&](std::size_t i, int) {
+  context.for_each_tile("link", {reads(nodes), writes(ids), writes(links)}, [&](std::size_t i, int worker) {
     ids[i] = TileField<NodeKey>(tiles[i].box, kLinkHalo);
-    link_tile(nodes[i], rules, r_mm, passed.of(i), ids[i], links[i]);
+    link_tile(nodes[i], rules, r_mm, passed.of(i), scratch[static_cast<std::size_t>(worker)], ids[i], links[i]);
   });
   exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
 
@@ -132,30 +103,24 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
   std::vector<Link> pairs;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     if (!context.owns(i)) continue;
-    const InUse tile({reads(nodes), reads(ids)}, i);
+    const InUse tile({reads(nodes), reads(ids), reads(links)}, i);
     components.insert(components.end(), links[i].components.begin(), links[i].components.end());
-    const auto id_at = [&](std::uint32_t node_offset) {
-      const std::size_t cell = node_offset / kTriangles, cols = static_cast<std::size_t>(nodes[i].held().cols());
-      const Cell c{nodes[i].held().col0 + static_cast<std::int32_t>(cell % cols),
-                   nodes[i].held().row0 + static_cast<std::int32_t>(cell / cols)};
-      return ids[i].cell(c)[node_offset % kTriangles];
+    const auto id_at = [&](std::uint32_t offset) {
+      const NodeId n = node_at(nodes[i], offset);
+      return ids[i].cell(n.cell)[n.triangle];
     };
-    for (const BorderEdge& e : links[i].border) pairs.push_back({id_at(e.inside), id_at(e.outside)});
+    for (const TileComponents::BorderEdge& e : links[i].found.border())
+      pairs.push_back({id_at(e.inside), id_at(e.outside)});
   }
   sort_unique(pairs);
 
   const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(pairs),
                           static_cast<std::uint64_t>(context.parameters.keep_nodes));
-  context.for_each_tile("merge", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
-    const CellBox& box = tiles[i].box;
-    for (std::int32_t row = box.row0; row < box.row1; ++row)
-      for (std::int32_t col = box.col0; col < box.col1; ++col) {
-        Node* node = nodes[i].cell({col, row});
-        const NodeKey* id = ids[i].cell({col, row});
-        for (int t = 0; t < kTriangles; ++t)
-          if (id[t] != kNoComponent)
-            node[t].node_class = verdicts.kept(id[t]) ? NodeClass::kTerrain : NodeClass::kRejected;
-      }
+  context.for_each_tile("merge", {writes(nodes), reads(links)}, [&](std::size_t i, int) {
+    std::vector<NodeClass> verdict;  // by component of the tile
+    for (const ComponentSize& c : links[i].components)
+      verdict.push_back(verdicts.kept(c.id) ? NodeClass::kTerrain : NodeClass::kRejected);
+    judge(links[i].found, verdict, nodes[i]);
   });
   return verdicts.counts();
 }

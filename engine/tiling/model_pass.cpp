@@ -20,14 +20,23 @@ namespace {
                   std::to_string(kMaxNodePoints) + ": thin the input or choose a finer resolution");
 }
 
-void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRules& rules, NodeSort& s,
-               TileField<Node>& out) {
-  s.sort(bin, grid);
-  const std::span<Node> nodes = out.values();
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    const NodePoints points = s.node(k);
-    if (points.size > kMaxNodePoints) refuse_crowded_node(grid, out.interior(), k, points.size);
-    nodes[k] = model_node(points, rules);
+struct Scratch {
+  PointBins::Scratch points;
+  NodeSort sort;
+  ModelScratch model;
+  TileField<Node> nodes;  // of one bin
+};
+
+void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRules& rules, Scratch& s) {
+  s.sort.sort(bin, grid);
+  const std::span<Node> nodes = s.nodes.values();
+  for (std::size_t k = 0; k < nodes.size(); k += kTriangles) {
+    SquarePoints points;
+    for (std::size_t t = 0; t < kTriangles; ++t) {
+      points[t] = s.sort.node(k + t);
+      if (points[t].size > kMaxNodePoints) refuse_crowded_node(grid, s.nodes.interior(), k + t, points[t].size);
+    }
+    model_square(points, rules, s.model, &nodes[k]);
   }
 }
 
@@ -55,9 +64,7 @@ void PassContext::for_each_tile(const char* phase, const std::vector<Use>& uses,
 
 void model_pass(const PassContext& context, PointBins&& bins, const BinGrid& grid, NodeFields& nodes) {
   const NodeModelRules rules(context.parameters);
-  std::vector<NodeSort> scratch(static_cast<std::size_t>(context.threads.count()));
-  std::vector<PointBins::Scratch> points(scratch.size());
-  std::vector<TileField<Node>> local(scratch.size());
+  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
   std::vector<Bytes> out(static_cast<std::size_t>(context.ranks.size()));
   std::mutex out_mutex;
 
@@ -73,11 +80,10 @@ void model_pass(const PassContext& context, PointBins&& bins, const BinGrid& gri
     if (size > 0xffffffffu)
       throw Error(ErrorCode::kBadInput, "more than 4294967295 points in one block of " +
                                             std::to_string(grid.edge_mm() / 1000) + " m: thin the input");
-    TileField<Node>& result = local[static_cast<std::size_t>(worker)];
+    Scratch& s = scratch[static_cast<std::size_t>(worker)];
+    TileField<Node>& result = s.nodes;
     result = TileField<Node>(grid.box_of(bins.id(k)), 0);
-    bins.take(k, points[static_cast<std::size_t>(worker)], [&](const PointBins::Bin& bin) {
-      model_bin(bin, grid, rules, scratch[static_cast<std::size_t>(worker)], result);
-    });
+    bins.take(k, s.points, [&](const PointBins::Bin& bin) { model_bin(bin, grid, rules, s); });
     context.table.for_each_overlap(result.interior(), [&](std::size_t tile, const CellBox& part) {
       if (context.owns(tile)) {
         nodes.edit(tile)->copy_box(part, result);

@@ -26,6 +26,13 @@ class TileField {
         held_(interior.grown(halo)),
         values_(static_cast<std::size_t>(held_.cells()) * kTriangles) {}
 
+  // A new box with values of T{}; reuses memory.
+  void reset(const CellBox& interior, std::int32_t halo) {
+    interior_ = interior;
+    held_ = interior.grown(halo);
+    values_.assign(static_cast<std::size_t>(held_.cells()) * kTriangles, T{});
+  }
+
   const CellBox& interior() const { return interior_; }
   const CellBox& held() const { return held_; }
   std::int32_t halo() const { return interior_.col0 - held_.col0; }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cassert>
 
+#include "engine/tiling/millimetres.h"
 #include "io/points/input_file.h"
 #include "io/points/little_endian.h"
-#include "io/points/millimetres.h"
 #include "io/points/records.h"
 
 namespace btms {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "io/points/millimetres.h"
+#include "engine/tiling/millimetres.h"
 
 namespace btms {
 namespace {

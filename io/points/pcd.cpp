@@ -8,9 +8,9 @@
 #include <optional>
 #include <utility>
 
+#include "engine/tiling/millimetres.h"
 #include "io/points/little_endian.h"
 #include "io/points/lzf.h"
-#include "io/points/millimetres.h"
 #include "io/points/pcd_ascii.h"
 #include "io/points/pcd_header.h"
 #include "io/points/records.h"

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/tiling/millimetres.h"
 #include "io/points/input_file.h"
-#include "io/points/millimetres.h"
 
 namespace btms {
 

@@ -7,9 +7,10 @@
 #include <array>
 #include <cmath>
 
-#include "engine/terrain/moments.h"
 #include "engine/terrain/symmetric_eigen.h"
 #include "tests/support/cloud.h"
+
+#pragma GCC diagnostic ignored "-Wpsabi"  // lanes are inlined
 
 namespace btms::test {
 namespace {
@@ -32,8 +33,116 @@ Parameters with(NodeModel model, int min_points = 3) {
   return p;
 }
 
+// The points as one of a square's four nodes, the others empty.
+Node model_node(const NodePoints& points, const NodeModelRules& rules, std::size_t triangle = kEast) {
+  SquarePoints square;
+  square[triangle] = points;
+  std::array<Node, kTriangles> nodes;
+  ModelScratch scratch;
+  model_square(square, rules, scratch, nodes.data());
+  for (std::size_t t = 0; t < kTriangles; ++t) {
+    if (t != triangle) {
+      EXPECT_EQ(nodes[t], Node{});
+    }
+  }
+  return nodes[triangle];
+}
+
+// Sums of a node's points, one at a time.
+struct Sums {
+  std::int64_t n = 0, x = 0, y = 0, z = 0, xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  void add(std::int64_t px, std::int64_t py, std::int64_t pz) {
+    n += 1, x += px, y += py, z += pz;
+    xx += px * px, xy += px * py, xz += px * pz, yy += py * py, yz += py * pz, zz += pz * pz;
+  }
+  double central(std::int64_t ab, std::int64_t a, std::int64_t b) const {
+    return static_cast<double>(static_cast<__int128>(n) * ab - static_cast<__int128>(a) * b);
+  }
+  friend bool operator==(const Sums&, const Sums&) = default;
+};
+
+struct Matrix {
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+};
+Matrix covariance(const Sums& m) {
+  const double n = static_cast<double>(m.n), scale = 1 / (n * n);
+  return {m.central(m.xx, m.x, m.x) * scale, m.central(m.xy, m.x, m.y) * scale, m.central(m.xz, m.x, m.z) * scale,
+          m.central(m.yy, m.y, m.y) * scale, m.central(m.yz, m.y, m.z) * scale, m.central(m.zz, m.z, m.z) * scale};
+}
+
+struct EigenSystem {
+  double l1, l2, l3;
+  Eigen::Vector3d normal;
+};
+// In any lane; the others hold matrices that take more or fewer steps.
+EigenSystem solve_eigen(const Matrix& m, std::size_t lane = 0) {
+  SymmetricMatrices all{Lanes{1, 2, 3, 4}, Lanes{}, Lanes{0.5, 0, 0, 0}, Lanes{1, 2, 3, 0}, Lanes{}, Lanes{1, 1, 0, 0}};
+  all.xx[lane] = m.xx, all.xy[lane] = m.xy, all.xz[lane] = m.xz;
+  all.yy[lane] = m.yy, all.yz[lane] = m.yz, all.zz[lane] = m.zz;
+  const EigenSystems e = btms::solve_eigen(all);
+  return {e.l1[lane], e.l2[lane], e.l3[lane], {e.normal_x[lane], e.normal_y[lane], e.normal_z[lane]}};
+}
+
+// The robust model longhand: a point at a time, a bucket at a time. Returns the points the plane is made of.
+Sums chosen_longhand(const NodePoints& p, const NodeModelRules& rules, std::int32_t& datum_mm) {
+  const std::int64_t lowest = *std::min_element(p.z_mm, p.z_mm + p.size);
+  std::array<std::int64_t, 64> count{}, sum{};
+  for (std::size_t i = 0; i < p.size; ++i)
+    if (const std::int64_t above = p.z_mm[i] - lowest; above < 64 * 32) ++count[above / 32], sum[above / 32] += above;
+  const std::int64_t wanted = std::clamp<std::int64_t>(static_cast<std::int64_t>(p.size / 4), 1, 20);
+  std::int64_t n = 0, total = 0;
+  for (std::size_t k = 0; k < 64 && n < wanted; ++k) n += count[k], total += sum[k];
+  datum_mm = static_cast<std::int32_t>(lowest + total / n);
+
+  const auto select = [&](std::int64_t a, std::int64_t b, std::int64_t c, std::int64_t above_mm) {
+    Sums m;
+    for (std::size_t i = 0; i < p.size; ++i) {
+      const std::int64_t x = p.x_mm[i], y = p.y_mm[i];
+      const std::int64_t z = std::clamp<std::int64_t>(std::int64_t{p.z_mm[i]} - datum_mm, -(1 << 18), 1 << 18);
+      if ((z << 12) - (a * x + b * y) <= c + (above_mm << 12)) m.add(x, y, z);
+    }
+    return m;
+  };
+  if (rules.model == NodeModel::kPca) return select(0, 0, 0, 1 << 18);
+  Sums m = select(0, 0, 0, rules.seed_height_mm);
+  for (int i = 0; i < 3; ++i) {
+    const double cxx = m.central(m.xx, m.x, m.x), cxy = m.central(m.xy, m.x, m.y), cyy = m.central(m.yy, m.y, m.y);
+    const double cxz = m.central(m.xz, m.x, m.z), cyz = m.central(m.yz, m.y, m.z), det = cxx * cyy - cxy * cxy;
+    if (m.n < 3 || !(det > 1e-6 * cxx * cyy)) return {};
+    const double a = std::clamp((cxz * cyy - cyz * cxy) / det, -7.9, 7.9);
+    const double b = std::clamp((cyz * cxx - cxz * cxy) / det, -7.9, 7.9);
+    const double c = (static_cast<double>(m.z) - a * static_cast<double>(m.x) - b * static_cast<double>(m.y)) /
+                     static_cast<double>(m.n);
+    const auto fixed = [](double v) { return static_cast<std::int64_t>(round_half_up(v * 4096)); };
+    m = select(fixed(a), fixed(b), fixed(c), rules.refit_distance_mm);
+  }
+  return m;
+}
+
+// The node of the longhand choice.
+Node model_longhand(const NodePoints& p, const NodeModelRules& rules) {
+  Node node;
+  if (p.size == 0) return node;
+  node.node_class = NodeClass::kNoPlane;
+  node.count = static_cast<std::uint32_t>(p.size);
+  const Sums m = chosen_longhand(p, rules, node.mean_z_mm);
+  if (p.size < 3 || m.n < 3) return node;
+  const EigenSystem e = solve_eigen(covariance(m));
+  if (e.l1 < 1e-6 || e.l2 <= 1) return node;
+  const double n = static_cast<double>(m.n);
+  node.mean_x_mm = static_cast<std::int16_t>(round_half_up(static_cast<double>(m.x) / n));
+  node.mean_y_mm = static_cast<std::int16_t>(round_half_up(static_cast<double>(m.y) / n));
+  node.mean_z_mm += static_cast<std::int32_t>(round_half_up(static_cast<double>(m.z) / n));
+  set_normal(node, e.normal);
+  node.weight = saturate_u16((1 - e.l3 / e.l1) * ((e.l2 - e.l3) / e.l1) * kWeightUnit);
+  node.sd_mm = saturate_u16(std::sqrt(e.l3));
+  if (node.count >= rules.min_points && normal_xy_squared(node) <= rules.steepest_normal_xy2)
+    node.node_class = NodeClass::kCandidate;
+  return node;
+}
+
 // Jacobi rotations in a fixed order: slow, simple, accurate.
-std::array<double, 3> jacobi_eigenvalues(const SymmetricMatrix& m) {
+std::array<double, 3> jacobi_eigenvalues(const Matrix& m) {
   double a[3][3] = {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}};
   for (int sweep = 0; sweep < 60; ++sweep)
     for (const auto& [p, q] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
@@ -62,14 +171,13 @@ TEST(SymmetricEigen, AgreesWithJacobi) {
   for (int round = 0; round < 20000; ++round) {
     // Clouds from needles to balls.
     const std::int64_t sx = random.between(1, 3000), sy = random.between(1, 3000), sz = random.between(0, 800);
-    Moments m;
+    Sums m;
     for (int i = 0; i < 12; ++i) {
-      const std::int64_t x = random.between(-sx, sx), y = random.between(-sy, sy), z = random.between(-sz, sz) + x / 3;
-      m.n += 1, m.x += x, m.y += y, m.z += z;
-      m.xx += x * x, m.xy += x * y, m.xz += x * z, m.yy += y * y, m.yz += y * z, m.zz += z * z;
+      const std::int64_t x = random.between(-sx, sx), y = random.between(-sy, sy);
+      m.add(x, y, random.between(-sz, sz) + x / 3);
     }
-    const SymmetricMatrix c = covariance(m);
-    const EigenSystem e = solve_eigen(c);
+    const Matrix c = covariance(m);
+    const EigenSystem e = solve_eigen(c, static_cast<std::size_t>(round % 4));
     const auto truth = jacobi_eigenvalues(c);
     ASSERT_NEAR(e.l1, truth[0], 1e-9 * truth[0]);
     ASSERT_NEAR(e.l2, truth[1], 1e-9 * truth[0]);
@@ -105,7 +213,7 @@ TEST(SymmetricEigen, KnowsCoincidingRootsToHalfTheDigits) {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
         for (int k = 0; k < 3; ++k) m[i][j] += R[i][k] * l[k] * R[j][k];
-    const SymmetricMatrix c{m[0][0], m[0][1], m[0][2], m[1][1], m[1][2], m[2][2]};
+    const Matrix c{m[0][0], m[0][1], m[0][2], m[1][1], m[1][2], m[2][2]};
     const EigenSystem e = solve_eigen(c);
     const auto truth = jacobi_eigenvalues(c);
     const double tolerance = (std::abs(a - b) > 0.1 * a ? 1e-6 : 1e-4) * truth[0];
@@ -116,9 +224,9 @@ TEST(SymmetricEigen, KnowsCoincidingRootsToHalfTheDigits) {
 }
 
 TEST(SymmetricEigen, IsTotal) {
-  for (const SymmetricMatrix& m :
-       {SymmetricMatrix{}, SymmetricMatrix{1, 0, 0, 1, 0, 1}, SymmetricMatrix{1, 0, 0, 0, 0, 0},
-        SymmetricMatrix{1e-300, 0, 0, 0, 0, 0}, SymmetricMatrix{1, 1, 1, 1, 1, 1}}) {
+  const double not_a_number = std::nan("");
+  for (const Matrix& m : {Matrix{}, Matrix{1, 0, 0, 1, 0, 1}, Matrix{1, 0, 0, 0, 0, 0}, Matrix{1e-300, 0, 0, 0, 0, 0},
+                          Matrix{1, 1, 1, 1, 1, 1}, Matrix{not_a_number, 0, 0, not_a_number, 0, 0}}) {
     const EigenSystem e = solve_eigen(m);
     EXPECT_TRUE(std::isfinite(e.l1) && std::isfinite(e.l2) && std::isfinite(e.l3) && e.normal.allFinite());
     EXPECT_GE(e.l3, 0);
@@ -175,9 +283,44 @@ TEST(NodeModel, DoesNotDependOnOrder) {
       std::reverse(back.x.begin(), back.x.end());
       std::reverse(back.y.begin(), back.y.end());
       std::reverse(back.z.begin(), back.z.end());
-      EXPECT_EQ(model_node(back.points(), rules), before);
+      EXPECT_EQ(model_node(back.points(), rules, static_cast<std::size_t>(round % 4)), before);
     }
   }
+}
+
+TEST(NodeModel, LanesAgreeWithLonghandToTheBit) {
+  // Four nodes of very different sizes side by side: ground, slopes, clutter, strays, steep sheets of points.
+  Random random(13);
+  int candidates = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const int half = round % 2 == 0 ? 1000 : 32767;
+    std::array<NodeCloud, kTriangles> clouds;
+    SquarePoints square;
+    for (std::size_t t = 0; t < kTriangles; ++t) {
+      const std::int64_t n = (random.between(1, 8) == 1) ? random.between(0, 4) : random.between(0, 90);
+      const auto rise = random.between(-8000, 8000) / ((random.between(1, 3) == 1) ? 1 : 20);
+      const std::int64_t noise = (random.between(1, 2) == 1) ? 30 : 3000;
+      for (std::int64_t i = 0; i < n; ++i) {
+        const auto x = static_cast<int>(random.between(-half, half - 1)),
+                   y = static_cast<int>(random.between(-half, half - 1));
+        auto z = 400'000 + x * rise / 1000 + random.between(-noise, noise);
+        if ((random.between(1, 20) == 1)) z += random.between(-300'000, 300'000);
+        clouds[t].add(x, y, static_cast<int>(z));
+      }
+      square[t] = clouds[t].points();
+    }
+    for (const NodeModel model : {NodeModel::kPca, NodeModel::kRobust}) {
+      const NodeModelRules rules(with(model));
+      std::array<Node, kTriangles> nodes;
+      ModelScratch scratch;
+      model_square(square, rules, scratch, nodes.data());
+      for (std::size_t t = 0; t < kTriangles; ++t) {
+        ASSERT_EQ(nodes[t], model_longhand(square[t], rules)) << round << ' ' << t;
+        candidates += nodes[t].node_class == NodeClass::kCandidate;
+      }
+    }
+  }
+  EXPECT_GT(candidates, 1000);
 }
 
 TEST(NodeModelDegenerate, NoPointsFewPointsOnePlace) {
@@ -232,6 +375,7 @@ TEST(NodeModelDegenerate, ExtremesStayExact) {
     Parameters p = with(model);
     p.resolution_m = 64;
     const Node n = model_node(c.points(), NodeModelRules(p));
+    EXPECT_EQ(n, model_longhand(c.points(), NodeModelRules(p)));
     EXPECT_EQ(n.count, 300'000u);
     EXPECT_TRUE(normal_of(n).allFinite());
   }
