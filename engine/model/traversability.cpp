@@ -94,12 +94,12 @@ struct LookRow {
   std::int32_t x, y;  // in r/2
 };
 
+// Restricted: without it the compiler gives up, there are too many columns to check that none overlaps.
 BTMS_WIDE void look_along(const LookRow& look, std::size_t n, const std::int32_t* centre, const std::int32_t* rise_x,
-                          const std::int32_t* rise_y, std::int32_t* above2, std::int32_t* below2, std::int32_t* low,
-                          std::int32_t* high) {
+                          const std::int32_t* rise_y, std::int32_t* __restrict above2, std::int32_t* __restrict below2,
+                          std::int32_t* __restrict low, std::int32_t* __restrict high) {
   const std::int32_t x = look.x, y = look.y;
   const std::int32_t* z = look.z_mm;
-#pragma GCC ivdep  // the columns don't overlap: too many to be checked at run time
   for (std::size_t i = 0; i < n; ++i) {
     const std::int32_t off2 = 2 * (z[i] - centre[i]) - rise_x[i] * x - rise_y[i] * y;
     above2[i] = std::max(above2[i], off2);
