@@ -29,10 +29,10 @@ struct Costs {
   double point_bytes, node_bytes;  // in memory, at the worst moment
 };
 constexpr Costs kCoarseToFineCosts{350, 660, 8.8, 88}, kFixedCosts{22, 1250, 8.8, 26};
-constexpr double kShardBytes = 27e3, kMapBytes = 37e3;  // of a shard, and of the whole, before the first node
-constexpr double kFilledShare = 0.25;                   // of the bytes of another node
-constexpr double kProgramBytes = 18e6;
-constexpr double kSerialShare = 0.09;  // of the time: what a second thread doesn't help
+constexpr double kShardBytes = 27e3, kMapBytes = 37e3;     // of a shard, and of the whole, before the first node
+constexpr double kFilledShare = 0.25;                      // of the bytes of another node
+constexpr double kProgramBytes = 18e6, kPublish_s = 0.01;  // of any build
+constexpr double kSerialShare = 0.09;                      // of the time: what a second thread doesn't help
 
 bool coarse_to_fine(const Parameters& p) { return p.method == Method::kCoarseToFine; }
 
@@ -259,7 +259,8 @@ Forecast forecast_build(const PointSurvey& survey, const Trial& trial, std::uint
   const double slowness = trial.cpu_s / cost_s(trial.summary.points, trial.summary.nodes);
 
   Forecast f;
-  f.seconds = slowness * cost_s(survey.points, survey.nodes) * (kSerialShare + (1 - kSerialShare) / threads);
+  f.seconds =
+      kPublish_s + slowness * cost_s(survey.points, survey.nodes) * (kSerialShare + (1 - kSerialShare) / threads);
   // A filled node compresses well.
   const auto stored_nodes = [](double all, double filled) { return all - filled + kFilledShare * filled; };
   const BuildSummary& t = trial.summary;
