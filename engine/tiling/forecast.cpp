@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <ctime>
+#include <map>
 #include <set>
 
 #include "engine/error.h"
@@ -222,23 +223,29 @@ Trial try_build(std::span<const PointSource* const> sources, const PointSurvey& 
   const double edge_m = std::sqrt(static_cast<double>(kTrialPoints) / survey.density_per_m2());
   const std::int64_t cells = std::max<std::int64_t>(2, std::llround(edge_m * 1000 / static_cast<double>(cell_mm)));
 
-  // A square of whole cells about the middle of the inputs; all of small inputs.
+  // The fullest square of whole cells, among points from the middle of the inputs; all of small inputs.
   const std::uint64_t count = std::min(kTrialReads, inputs.size()), first = (inputs.size() - count) / 2;
   const bool everything = inputs.size() <= kTrialPoints;
-  std::int64_t x0_mm = 0, y0_mm = 0;
+  const auto square_of = [&](const PointBlock& some, std::size_t i) {
+    return BinId{static_cast<std::int32_t>(floor_div(some.x_mm[i], cells * cell_mm)),
+                 static_cast<std::int32_t>(floor_div(some.y_mm[i], cells * cell_mm))};
+  };
   PointBlock block;
-  inputs.read(first + count / 2, 1, block, [&](const PointBlock& middle) {
-    if (middle.x_mm[0] == PointBlock::kDroppedX) return;
-    x0_mm = (floor_div(middle.x_mm[0], cell_mm) - cells / 2) * cell_mm;
-    y0_mm = (floor_div(middle.y_mm[0], cell_mm) - cells / 2) * cell_mm;
+  std::map<BinId, std::uint64_t> found;
+  inputs.read(first, count, block, [&](const PointBlock& some) {
+    for (std::size_t i = 0; i < some.size(); ++i)
+      if (some.x_mm[i] != PointBlock::kDroppedX) ++found[square_of(some, i)];
   });
+  const auto fullest =
+      std::max_element(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   Points part;
   inputs.read(first, count, block, [&](const PointBlock& some) {
     for (std::size_t i = 0; i < some.size(); ++i)
-      if (everything || (some.x_mm[i] >= x0_mm && some.x_mm[i] < x0_mm + cells * cell_mm && some.y_mm[i] >= y0_mm &&
-                         some.y_mm[i] < y0_mm + cells * cell_mm))
+      if (some.x_mm[i] != PointBlock::kDroppedX && (everything || square_of(some, i) == fullest->first))
         part.add(some, i);
   });
+  if (part.size() == 0)
+    throw Error(ErrorCode::kBadInput, "no finite point in the middle of the inputs: no forecast can be made");
 
   const std::clock_t begun = std::clock();
   Trial trial;
