@@ -10,10 +10,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <optional>
 
 #include "bench/macro/row.h"
 #include "io/points/point_file.h"
@@ -66,9 +66,9 @@ const std::vector<Peer>& peers() {
 [[noreturn]] void wrong(const std::string& what) { throw std::runtime_error("wrong answer: " + what); }
 
 std::uint64_t parse_size(const std::string& text) {
-  std::size_t end = 0;
-  const double number = std::stod(text, &end);
-  const std::string unit = text.substr(end);
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  const std::string unit = end;
   const double factor = unit == "k" ? 1e3 : unit == "M" ? 1e6 : unit == "G" ? 1e9 : unit.empty() ? 1 : 0;
   if (!(number * factor >= 1e4 && number * factor <= 1e11))
     throw std::runtime_error(
@@ -89,7 +89,7 @@ Confusion score_labels(const fs::path& program, const std::vector<fs::path>& tru
   Confusion sum;
   for (const fs::path& path : truths) {
     const ChildRun run = run_child({program.string(), "eval", "--truth", path.string(), "--prediction",
-                                    (labels / path.filename()).string(), "--json"});
+                                    (labels / path.filename()).string(), "--json", "--quiet"});
     const Json counts = Json::parse(run.output).at("files").at(0).at("with_ambiguous");
     const auto of = [&](const char* name) { return counts.at(name).get<std::uint64_t>(); };
     sum += {of("true_positive"), of("false_positive"), of("false_negative"), of("true_negative")};
@@ -287,9 +287,11 @@ int run(const Options& options) {
     const Json earlier = Json::parse(file);
     for (const Json& row : earlier.at("rows")) old.push_back(row_from_json(row));
   }
+  std::vector<std::uint64_t> sizes;
+  for (const std::string& size : options.sizes) sizes.push_back(parse_size(size));
   print_heading();
-  for (const std::string& size : options.sizes)
-    for (const Row& row : Bench(options, parse_size(size)).run()) {
+  for (const std::uint64_t points : sizes)
+    for (const Row& row : Bench(options, points).run()) {
       print_row(row);
       rows.push_back(row);
     }

@@ -18,7 +18,9 @@ auto median_of(const std::vector<Cost>& costs, Field field) {
 }
 
 std::string size_text(std::uint64_t points) {
-  const double millions = std::round(static_cast<double>(points) / 1e5) / 10;  // the scene makes a few more or less
+  // The scene makes a few more or less than it was asked for.
+  double millions = static_cast<double>(points) / 1e6;
+  millions = millions < 10 ? std::round(millions * 10) / 10 : std::round(millions);
   return millions >= 1000 ? fmt::format("{:g} G", millions / 1000) : fmt::format("{:g} M", millions);
 }
 

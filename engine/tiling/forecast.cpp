@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <ctime>
+#include <map>
 #include <set>
 
 #include "engine/error.h"
@@ -29,10 +30,10 @@ struct Costs {
   double point_bytes, node_bytes;  // in memory, at the worst moment
 };
 constexpr Costs kCoarseToFineCosts{350, 660, 8.8, 88}, kFixedCosts{22, 1250, 8.8, 26};
-constexpr double kShardBytes = 27e3, kMapBytes = 37e3;  // of a shard, and of the whole, before the first node
-constexpr double kFilledShare = 0.25;                   // of the bytes of another node
-constexpr double kProgramBytes = 18e6;
-constexpr double kSerialShare = 0.09;  // of the time: what a second thread doesn't help
+constexpr double kShardBytes = 27e3, kMapBytes = 37e3;     // of a shard, and of the whole, before the first node
+constexpr double kFilledShare = 0.25;                      // of the bytes of another node
+constexpr double kProgramBytes = 18e6, kPublish_s = 0.01;  // of any build
+constexpr double kSerialShare = 0.09;                      // of the time: what a second thread doesn't help
 
 bool coarse_to_fine(const Parameters& p) { return p.method == Method::kCoarseToFine; }
 
@@ -222,23 +223,29 @@ Trial try_build(std::span<const PointSource* const> sources, const PointSurvey& 
   const double edge_m = std::sqrt(static_cast<double>(kTrialPoints) / survey.density_per_m2());
   const std::int64_t cells = std::max<std::int64_t>(2, std::llround(edge_m * 1000 / static_cast<double>(cell_mm)));
 
-  // A square of whole cells about the middle of the inputs; all of small inputs.
+  // The fullest square of whole cells, among points from the middle of the inputs; all of small inputs.
   const std::uint64_t count = std::min(kTrialReads, inputs.size()), first = (inputs.size() - count) / 2;
   const bool everything = inputs.size() <= kTrialPoints;
-  std::int64_t x0_mm = 0, y0_mm = 0;
+  const auto square_of = [&](const PointBlock& some, std::size_t i) {
+    return BinId{static_cast<std::int32_t>(floor_div(some.x_mm[i], cells * cell_mm)),
+                 static_cast<std::int32_t>(floor_div(some.y_mm[i], cells * cell_mm))};
+  };
   PointBlock block;
-  inputs.read(first + count / 2, 1, block, [&](const PointBlock& middle) {
-    if (middle.x_mm[0] == PointBlock::kDroppedX) return;
-    x0_mm = (floor_div(middle.x_mm[0], cell_mm) - cells / 2) * cell_mm;
-    y0_mm = (floor_div(middle.y_mm[0], cell_mm) - cells / 2) * cell_mm;
+  std::map<BinId, std::uint64_t> found;
+  inputs.read(first, count, block, [&](const PointBlock& some) {
+    for (std::size_t i = 0; i < some.size(); ++i)
+      if (some.x_mm[i] != PointBlock::kDroppedX) ++found[square_of(some, i)];
   });
+  const auto fullest =
+      std::max_element(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   Points part;
   inputs.read(first, count, block, [&](const PointBlock& some) {
     for (std::size_t i = 0; i < some.size(); ++i)
-      if (everything || (some.x_mm[i] >= x0_mm && some.x_mm[i] < x0_mm + cells * cell_mm && some.y_mm[i] >= y0_mm &&
-                         some.y_mm[i] < y0_mm + cells * cell_mm))
+      if (some.x_mm[i] != PointBlock::kDroppedX && (everything || square_of(some, i) == fullest->first))
         part.add(some, i);
   });
+  if (part.size() == 0)
+    throw Error(ErrorCode::kBadInput, "no finite point in the middle of the inputs: no forecast can be made");
 
   const std::clock_t begun = std::clock();
   Trial trial;
@@ -259,7 +266,8 @@ Forecast forecast_build(const PointSurvey& survey, const Trial& trial, std::uint
   const double slowness = trial.cpu_s / cost_s(trial.summary.points, trial.summary.nodes);
 
   Forecast f;
-  f.seconds = slowness * cost_s(survey.points, survey.nodes) * (kSerialShare + (1 - kSerialShare) / threads);
+  f.seconds =
+      kPublish_s + slowness * cost_s(survey.points, survey.nodes) * (kSerialShare + (1 - kSerialShare) / threads);
   // A filled node compresses well.
   const auto stored_nodes = [](double all, double filled) { return all - filled + kFilledShare * filled; };
   const BuildSummary& t = trial.summary;

@@ -1,4 +1,6 @@
 // btms build --dry-run: what it forecasts against what then happens.
+#include <cmath>
+
 #include "tests/cli/program.h"
 
 namespace btms::test {
@@ -56,6 +58,23 @@ TEST(DryRun, SeesThatWaterIsNoLand) {  // two worlds two kilometres apart
   const auto told = run_json(dry), happened = run_json(build);
   expect_within(told["nodes"], happened["nodes"]["total"], "nodes");
   expect_within(told["area_m2"], 10'000, "area");
+}
+
+TEST(DryRun, BearsStraysAndPointsThatAreNoNumbers) {
+  const TempFolder folder;
+  std::vector<std::array<float, 3>> points;
+  for (int i = 0; i < 500'000; ++i)
+    points.push_back({0.1f * static_cast<float>(i % 700), 0.1f * static_cast<float>(i / 700), 0});
+  for (std::size_t i = 249'000; i < 251'000; ++i) points[i][0] = i % 2 == 0 ? NAN : 90'000.f;
+  write_scan(folder / "scan.bin", points);
+  const std::vector<std::string> build = {"build",        folder / "scan.bin", "-o",
+                                          folder / "map", "--preset",          "single-scan"};
+  auto dry = build;
+  dry.emplace_back("--dry-run");
+  const auto told = run_json(dry), happened = run_json(build);
+  EXPECT_EQ(told["points"], happened["points"]);
+  expect_within(told["points_per_node"], 400, "points in a node of 4 m2");
+  EXPECT_GT(told["seconds"], 0);
 }
 
 TEST(DryRun, RefusesWhatABuildRefuses) {
