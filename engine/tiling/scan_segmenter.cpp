@@ -7,8 +7,8 @@
 
 #include "engine/lattice/divider.h"
 #include "engine/lattice/wide.h"
+#include "engine/terrain/model_nodes.h"
 #include "engine/terrain/moments.h"
-#include "engine/terrain/node_model.h"
 #include "engine/tiling/millimetres.h"
 #include "engine/tiling/segment.h"
 #include "engine/tiling/tile_components.h"
@@ -166,7 +166,7 @@ class ScanSegmenter::Impl {
   std::vector<std::uint32_t> end_;   // per node and part: where its points begin, and end once sorted
   std::vector<std::int16_t> sorted_x_, sorted_y_;
   std::vector<std::int32_t> sorted_z_;
-  ModelScratch model_scratch_;
+  ModelNodesScratch model_scratch_;
   TileField<Node> nodes_;  // box_ and what predictions from it reach
   LinkRows link_rows_;
   TileComponents components_;
@@ -324,13 +324,12 @@ void ScanSegmenter::Impl::sort() {
 
 void ScanSegmenter::Impl::model() {
   nodes_.reset(box_.grown(completion_.halo()), 1);  // beyond there is nothing
-  std::size_t k = 0;
-  for (std::int32_t row = box_.row0; row < box_.row1; ++row)
-    for (std::int32_t col = box_.col0; col < box_.col1; ++col, k += kTriangles) {
-      if (end_[k * kParts] == end_[(k + kTriangles) * kParts]) continue;
-      const SquarePoints points{points_of(k), points_of(k + 1), points_of(k + 2), points_of(k + 3)};
-      model_square(points, model_, model_scratch_, nodes_.cell({col, row}));
-    }
+  const auto cols = static_cast<std::size_t>(box_.cols()) * kTriangles;
+  Node* const first = nodes_.cell({box_.col0, box_.row0});
+  const std::size_t row = nodes_.offset({0, 1}) - nodes_.offset({0, 0});
+  model_nodes(
+      node_count(), [&](std::size_t k) { return points_of(k); }, model_, model_scratch_,
+      [&](std::size_t k, const Node& node) { first[k / cols * row + k % cols] = node; });
 }
 
 void ScanSegmenter::Impl::link() {
