@@ -47,10 +47,12 @@ void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double 
         s.near.clear();
         for (const Cell& c : squares) {
           const std::size_t square = nodes.offset(c) / kTriangles;
-          s.near.insert(s.near.end(), s.terrain.begin() + s.begin[square], s.terrain.begin() + s.begin[square + 1]);
+          for (std::uint32_t i = s.begin[square]; i < s.begin[square + 1]; ++i) s.near.push_back(i);
         }
       },
-      [&](Cell c) { predict_square(nodes.cell(c), centre_x(c.col), centre_y(c.row), s.near, rules, s.completion); });
+      [&](Cell c) {
+        predict_square(nodes.cell(c), centre_x(c.col), centre_y(c.row), s.terrain, s.near, rules, s.completion);
+      });
 }
 
 std::int32_t complete_halo(const Parameters& p) { return CompletionRules(p).halo(); }
