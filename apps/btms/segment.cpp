@@ -10,7 +10,7 @@
 #include "apps/btms/outputs.h"
 #include "apps/btms/parameter_options.h"
 #include "apps/btms/stop_signal.h"
-#include "engine/tiling/segment.h"
+#include "engine/tiling/scan_segmenter.h"
 
 namespace btms {
 namespace {
@@ -28,17 +28,17 @@ struct SegmentCommand {
 double seconds_since(Clock::time_point begun) { return std::chrono::duration<double>(Clock::now() - begun).count(); }
 
 // Segments one scan and writes its labels. Returns the seconds the engine took.
-double segment_one(const PointFile& file, const Parameters& parameters, const std::string& folder,
+double segment_one(const PointFile& file, ScanSegmenter& segmenter, const std::string& folder,
                    LabelReport::File& result) {
   const MemorySource scan(file);
   const auto begun = Clock::now();
-  const SegmentedScan segmented = segment_scan(scan, parameters);
+  const std::span<const Label> labels = segmenter.segment(scan);
   const double seconds = seconds_since(begun);
   const auto writer = create_labels(file, folder);
-  writer->write(0, segmented.labels);
+  writer->write(0, labels);
   throw_if_stopped();
   writer->commit();
-  result = {file.path(), writer->path(), file.size(), segmented.counts};
+  result = {file.path(), writer->path(), file.size(), segmenter.counts()};
   return seconds;
 }
 
@@ -57,10 +57,12 @@ int run_segment(const SegmentCommand& command) {
   report.warnings = list.warnings;
   report.files.resize(files.size());
   std::vector<double> seconds(files.size());
+  std::vector<ScanSegmenter> segmenters;  // one a worker
+  for (int i = 0; i < threads->count(); ++i) segmenters.emplace_back(choice.parameters);
   const auto begun = Clock::now();
-  threads->for_each(files.size(), [&](std::size_t i, int) {
+  threads->for_each(files.size(), [&](std::size_t i, int worker) {
     throw_if_stopped();
-    seconds[i] = segment_one(*files[i], choice.parameters, command.output, report.files[i]);
+    seconds[i] = segment_one(*files[i], segmenters[static_cast<std::size_t>(worker)], command.output, report.files[i]);
     progress.advance(files[i]->size());
   });
   report.seconds = seconds_since(begun);

@@ -60,6 +60,12 @@ constexpr std::uint8_t triangle_of(std::int64_t u2, std::int64_t v2) {
   return static_cast<std::uint8_t>(2 * p | (p ^ q));
 }
 
+// The same of offsets below 2^30: loops over it vectorise.
+constexpr std::uint8_t triangle_of(std::int32_t u2, std::int32_t v2) {
+  const unsigned p = u2 + v2 < 0, q = u2 - v2 < 0;
+  return static_cast<std::uint8_t>(2 * p | (p ^ q));
+}
+
 // The position of a corner in half cells: lattice corners are even, centre corners odd in both coordinates.
 struct HalfCell {
   std::int32_t x = 0;

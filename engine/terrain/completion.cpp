@@ -21,7 +21,6 @@ constexpr double kMaxRelief_mm = 1 << kReliefBits;
 constexpr int kMostMomentBits = 22;  // with squared spreads and their number: 61 bits
 constexpr int kNeighbourBits = 11;   // fewer nodes than that within 10 r
 
-
 #pragma GCC diagnostic ignored "-Wpsabi"  // what takes or returns lanes is inlined
 
 // The neighbours that a square's predictions may use, structure of arrays, filled up to whole lanes with some that no
@@ -30,20 +29,21 @@ class Terms {
  public:
   enum Field : std::size_t { kX, kY, kZ, kNormalX, kNormalY, kNormalZ, kSlopeX, kSlopeY, kWeight, kKernel, kFields };
 
-  Terms(std::span<const Neighbour> near, double x_mm, double y_mm, double reach_mm2, CompletionScratch& s) {
+  Terms(std::span<const Neighbour> terrain, std::span<const std::uint32_t> near, double x_mm, double y_mm,
+        double reach_mm2, CompletionScratch& s) {
     if (s.index.size() < near.size()) {
       s.index.resize(near.size());
       s.terms.resize((near.size() + kLanes) * kFields);
     }
     std::uint32_t* index = s.index.data();
-    for (std::uint32_t i = 0; i < near.size(); ++i) {
-      const double dx = near[i].x_mm - x_mm, dy = near[i].y_mm - y_mm;
+    for (const std::uint32_t i : near) {
+      const double dx = terrain[i].x_mm - x_mm, dy = terrain[i].y_mm - y_mm;
       index[size_] = i;
       size_ += dx * dx + dy * dy < reach_mm2;
     }
     stride_ = (size_ + kLanes - 1) / kLanes * kLanes;
     values_ = s.terms.data();
-    for (std::size_t i = 0; i < size_; ++i) set(i, near[index[i]]);
+    for (std::size_t i = 0; i < size_; ++i) set(i, terrain[index[i]]);
     for (std::size_t i = size_; i < stride_; ++i) set(i, {x_mm + kFarAway_mm, y_mm, 0, 0, 0, 0, 0, 0, 0});
   }
   std::size_t size() const { return size_; }
@@ -247,8 +247,9 @@ BTMS_INLINE void predict(Node& node, double x3, double y3, std::int32_t centre_x
     // A kernel value rounds up by less than 1; |dz| is at most twice the relief, for m.z is a mean.
     const double reach = rules.radius_mm + 1, high = std::min(2 * extremes.relief_mm + 1, kMaxRelief_mm);
     const double weight = support / (1 << (kKernelBits - rules.moment_bits)) + n;
-    p = weight * std::max(reach * std::max(reach, high), extremes.slope) < kExactInDouble ? plane<Lanes>(terms, m, rules)
-                                                                                  : plane<LongLanes>(terms, m, rules);
+    p = weight * std::max(reach * std::max(reach, high), extremes.slope) < kExactInDouble
+            ? plane<Lanes>(terms, m, rules)
+            : plane<LongLanes>(terms, m, rules);
   }
   if (!p.valid || !(p.normal.z() > 0)) return;
   Spread s = spread<Lanes>(terms, m, p, rules);
@@ -316,9 +317,9 @@ Neighbour neighbour_of(const Node& node, std::int32_t x_mm, std::int32_t y_mm) {
 }
 
 BTMS_WIDE void predict_square(Node* square, std::int32_t centre_x_mm, std::int32_t centre_y_mm,
-                              std::span<const Neighbour> near, const CompletionRules& rules,
-                              CompletionScratch& scratch) {
-  Terms terms(near, centre_x_mm, centre_y_mm, rules.square_reach_mm2, scratch);
+                              std::span<const Neighbour> terrain, std::span<const std::uint32_t> near,
+                              const CompletionRules& rules, CompletionScratch& scratch) {
+  Terms terms(terrain, near, centre_x_mm, centre_y_mm, rules.square_reach_mm2, scratch);
   if (terms.size() == 0) return;
   const double datum = terms.first(Terms::kZ);
   const Extremes extremes{datum, terms.farthest(Terms::kZ, datum),

@@ -52,9 +52,11 @@ struct CompletionScratch {
 };
 
 // Predicts those of a square's four nodes that are not kTerrain; the square is centred at (centre_x, centre_y) in the
-// frame of `near`, which may hold more nodes than lie within the kernel. Where a prediction holds, the node becomes
-// kPredicted with mean at its centroid; otherwise it keeps its class. Support and spread are stored either way.
-void predict_square(Node* square, std::int32_t centre_x_mm, std::int32_t centre_y_mm, std::span<const Neighbour> near,
+// frame of `terrain`. `near` names the neighbours, which may be more than lie within the kernel. Where a prediction
+// holds, the node becomes kPredicted with mean at its centroid; otherwise it keeps its class. Support and spread are
+// stored either way.
+void predict_square(Node* square, std::int32_t centre_x_mm, std::int32_t centre_y_mm,
+                    std::span<const Neighbour> terrain, std::span<const std::uint32_t> near,
                     const CompletionRules& rules, CompletionScratch& scratch);
 
 }  // namespace btms

@@ -49,6 +49,7 @@ class LevelRules {
 // A node without points: mean and slope are the prior's.
 LevelNode unfitted_node(std::uint8_t triangle, const PriorPlane& prior, const LevelRules& rules);
 
+using SquarePoints = std::array<NodePoints, kTriangles>;
 using SquarePriors = std::array<PriorPlane, kTriangles>;
 
 // Fits the planes of the four nodes of a square. Depends on the sets of points alone, not on their order. level_class

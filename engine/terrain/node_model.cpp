@@ -56,9 +56,9 @@ BTMS_INLINE void interleave_four(const Value* const (&from)[kLanes], std::size_t
   store_lanes(to + 3 * kLanes, __builtin_shuffle(high01, high23, LongLanes{2, 3, 6, 7}));
 }
 
-BTMS_INLINE LanePoints interleave(const SquarePoints& square, ModelScratch& s) {
+BTMS_INLINE LanePoints interleave(const FourPoints& four, ModelScratch& s) {
   std::size_t longest = 0, shortest = SIZE_MAX;
-  for (const NodePoints& p : square) longest = std::max(longest, p.size), shortest = std::min(shortest, p.size);
+  for (const NodePoints& p : four) longest = std::max(longest, p.size), shortest = std::min(shortest, p.size);
   if (s.x_mm.size() < longest * kLanes) {
     s.x_mm.resize(longest * kLanes);
     s.y_mm.resize(longest * kLanes);
@@ -66,12 +66,12 @@ BTMS_INLINE LanePoints interleave(const SquarePoints& square, ModelScratch& s) {
   }
   const std::size_t full = shortest / kLanes * kLanes;  // the rest goes point by point
   for (std::size_t i = 0; i < full; i += kLanes) {
-    interleave_four<ShortLanes>({square[0].x_mm, square[1].x_mm, square[2].x_mm, square[3].x_mm}, i, s.x_mm.data());
-    interleave_four<ShortLanes>({square[0].y_mm, square[1].y_mm, square[2].y_mm, square[3].y_mm}, i, s.y_mm.data());
-    interleave_four<IntLanes>({square[0].z_mm, square[1].z_mm, square[2].z_mm, square[3].z_mm}, i, s.z_mm.data());
+    interleave_four<ShortLanes>({four[0].x_mm, four[1].x_mm, four[2].x_mm, four[3].x_mm}, i, s.x_mm.data());
+    interleave_four<ShortLanes>({four[0].y_mm, four[1].y_mm, four[2].y_mm, four[3].y_mm}, i, s.y_mm.data());
+    interleave_four<IntLanes>({four[0].z_mm, four[1].z_mm, four[2].z_mm, four[3].z_mm}, i, s.z_mm.data());
   }
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const NodePoints& p = square[lane];
+    const NodePoints& p = four[lane];
     double *x = s.x_mm.data() + lane, *y = s.y_mm.data() + lane, *z = s.z_mm.data() + lane;
     for (std::size_t i = full; i < p.size; ++i) {
       x[i * kLanes] = p.x_mm[i];
@@ -182,8 +182,8 @@ BTMS_INLINE Moments<Sum> choose(const LanePoints& p, const NodeModelRules& rules
 
 // Eq 2, 3 and 5 from the chosen points.
 template <class Sum>
-BTMS_INLINE void finish(const SquarePoints& points, const NodeModelRules& rules, const Lanes& datum,
-                        const Moments<Sum>& m, Node* square) {
+BTMS_INLINE void finish(const FourPoints& points, const NodeModelRules& rules, const Lanes& datum,
+                        const Moments<Sum>& m, Node* four) {
   // Eq 2: planes through the means, normal = eigenvector of the smallest eigenvalue.
   const EigenSystems e = solve_eigen(covariance(m));
   const Lanes n = to_lanes(m.n);
@@ -191,9 +191,9 @@ BTMS_INLINE void finish(const SquarePoints& points, const NodeModelRules& rules,
   const Lanes x = to_lanes(m.x) / n, y = to_lanes(m.y) / n, z = to_lanes(m.z) / n;
   // Eq 3
   const Lanes weight = (1.0 - e.l3 / e.l1) * ((e.l2 - e.l3) / e.l1), sd = sqrt_lanes(e.l3);
-  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+  for (std::size_t t = 0; t < kLanes; ++t) {
     if (points[t].size == 0) continue;
-    Node& node = square[t];
+    Node& node = four[t];
     node.node_class = NodeClass::kNoPlane;
     node.count = static_cast<std::uint32_t>(points[t].size);
     node.mean_z_mm = static_cast<std::int32_t>(datum[t]);
@@ -224,18 +224,17 @@ NodeModelRules::NodeModelRules(const Parameters& p)
       steepest_normal_xy2(btms::steepest_normal_xy2(p.slope_max_deg)),
       min_points(static_cast<std::uint32_t>(p.min_points)) {}
 
-BTMS_WIDE void model_square(const SquarePoints& points, const NodeModelRules& rules, ModelScratch& scratch,
-                            Node* square) {
+BTMS_WIDE void model_four(const FourPoints& points, const NodeModelRules& rules, ModelScratch& scratch, Node* four) {
   const LanePoints p = interleave(points, scratch);
-  std::fill_n(square, kTriangles, Node{});
+  std::fill_n(four, kLanes, Node{});
   if (p.size == 0) return;
   Lanes count{};
   for (std::size_t t = 0; t < kLanes; ++t) count[t] = static_cast<double>(points[t].size);
   const Lanes datum = take_datums(p, count);
   if (p.size <= kExactNodePoints * kLanes)
-    finish(points, rules, datum, choose<Lanes>(p, rules), square);
+    finish(points, rules, datum, choose<Lanes>(p, rules), four);
   else
-    finish(points, rules, datum, choose<LongLanes>(p, rules), square);
+    finish(points, rules, datum, choose<LongLanes>(p, rules), four);
 }
 
 }  // namespace btms

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/lattice/lattice.h"
 #include "engine/terrain/node.h"
 #include "engine/terrain/parameters.h"
 
@@ -34,16 +33,14 @@ struct NodePoints {
   std::size_t size = 0;
 };
 
-// East, north, west, south.
-using SquarePoints = std::array<NodePoints, kTriangles>;
-
-// Reusable memory of model_square().
+using FourPoints = std::array<NodePoints, 4>;
+// Reusable memory of model_four().
 struct ModelScratch {
   std::vector<double> x_mm, y_mm, z_mm;  // the points of four nodes, side by side
 };
 
-// The nodes of a square's points: kEmpty without points, kNoPlane or kCandidate with. The result depends on the sets of
+// Four nodes from their points: kEmpty without points, kNoPlane or kCandidate with. The result depends on the sets of
 // points, not on their order. Thread-safe with a scratch each; total for up to kMaxNodePoints points a node.
-void model_square(const SquarePoints& points, const NodeModelRules& rules, ModelScratch& scratch, Node* square);
+void model_four(const FourPoints& points, const NodeModelRules& rules, ModelScratch& scratch, Node* four);
 
 }  // namespace btms

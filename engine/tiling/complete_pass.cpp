@@ -41,16 +41,21 @@ void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double 
     const auto square = static_cast<std::size_t>(cell - nodes.values().data()) / kTriangles;
     return (asked.empty() || asked[square]) && needs_prediction(cell);
   });
+  std::size_t n = 0;  // neighbours of the group at hand
   walk.walk(
       s.squares,
       [&](const std::vector<Cell>& squares) {
-        s.near.clear();
+        s.near.resize(squares.size() * kTriangles);
+        n = 0;
         for (const Cell& c : squares) {
           const std::size_t square = nodes.offset(c) / kTriangles;
-          s.near.insert(s.near.end(), s.terrain.begin() + s.begin[square], s.terrain.begin() + s.begin[square + 1]);
+          for (std::uint32_t i = s.begin[square]; i < s.begin[square + 1]; ++i) s.near[n++] = i;
         }
       },
-      [&](Cell c) { predict_square(nodes.cell(c), centre_x(c.col), centre_y(c.row), s.near, rules, s.completion); });
+      [&](Cell c) {
+        predict_square(nodes.cell(c), centre_x(c.col), centre_y(c.row), s.terrain, {s.near.data(), n}, rules,
+                       s.completion);
+      });
 }
 
 std::int32_t complete_halo(const Parameters& p) { return CompletionRules(p).halo(); }

@@ -2,8 +2,8 @@
 #include <mutex>
 
 #include "engine/error.h"
+#include "engine/terrain/model_nodes.h"
 #include "engine/terrain/moments.h"
-#include "engine/terrain/node_model.h"
 #include "engine/tiling/node_sort.h"
 #include "engine/tiling/passes.h"
 
@@ -23,21 +23,19 @@ namespace {
 struct Scratch {
   PointBins::Scratch points;
   NodeSort sort;
-  ModelScratch model;
+  ModelNodesScratch model;
   TileField<Node> nodes;  // of one bin
 };
 
 void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRules& rules, Scratch& s) {
   s.sort.sort(bin, grid);
   const std::span<Node> nodes = s.nodes.values();
-  for (std::size_t k = 0; k < nodes.size(); k += kTriangles) {
-    SquarePoints points;
-    for (std::size_t t = 0; t < kTriangles; ++t) {
-      points[t] = s.sort.node(k + t);
-      if (points[t].size > kMaxNodePoints) refuse_crowded_node(grid, s.nodes.interior(), k + t, points[t].size);
-    }
-    model_square(points, rules, s.model, &nodes[k]);
-  }
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    if (const std::size_t points = s.sort.node(k).size; points > kMaxNodePoints)
+      refuse_crowded_node(grid, s.nodes.interior(), k, points);
+  model_nodes(
+      nodes.size(), [&](std::size_t k) { return s.sort.node(k); }, rules, s.model,
+      [&](std::size_t k, const Node& node) { nodes[k] = node; });
 }
 
 }  // namespace

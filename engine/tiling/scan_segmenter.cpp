@@ -7,8 +7,8 @@
 
 #include "engine/lattice/divider.h"
 #include "engine/lattice/wide.h"
+#include "engine/terrain/model_nodes.h"
 #include "engine/terrain/moments.h"
-#include "engine/terrain/node_model.h"
 #include "engine/tiling/millimetres.h"
 #include "engine/tiling/segment.h"
 #include "engine/tiling/tile_components.h"
@@ -166,7 +166,7 @@ class ScanSegmenter::Impl {
   std::vector<std::uint32_t> end_;   // per node and part: where its points begin, and end once sorted
   std::vector<std::int16_t> sorted_x_, sorted_y_;
   std::vector<std::int32_t> sorted_z_;
-  ModelScratch model_scratch_;
+  ModelNodesScratch model_scratch_;
   TileField<Node> nodes_;  // box_ and what predictions from it reach
   LinkScratch link_;
   TileComponents components_;
@@ -179,6 +179,15 @@ class ScanSegmenter::Impl {
 
 namespace {
 
+// x, y, z and one more float a point, the layout of most sensors: a stride the compiler knows.
+BTMS_WIDE void unpack_fours(const float* from, std::size_t n, float* x, float* y, float* z) {
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] = from[4 * i];
+    y[i] = from[4 * i + 1];
+    z[i] = from[4 * i + 2];
+  }
+}
+
 // Calls fn(x, y, z, first, number) on runs of the scan's coordinates until it returns false.
 template <class Fn>
 void for_each_chunk(const ScanPoints& scan, const Fn& fn) {
@@ -188,9 +197,11 @@ void for_each_chunk(const ScanPoints& scan, const Fn& fn) {
     std::memcpy(&v, reinterpret_cast<const char*>(first) + i * scan.stride_bytes, sizeof v);
     return v;
   };
+  const bool fours = scan.y_m == scan.x_m + 1 && scan.z_m == scan.x_m + 2 && scan.stride_bytes == 4 * sizeof(float);
   for (std::size_t at = 0; at < scan.size; at += kMmChunk) {
     const std::size_t n = std::min(kMmChunk, scan.size - at);
-    for (std::size_t i = 0; i < n; ++i) {
+    if (fours) unpack_fours(scan.x_m + 4 * at, n, x.data(), y.data(), z.data());
+    for (std::size_t i = fours ? n : 0; i < n; ++i) {
       x[i] = read(scan.x_m, at + i);
       y[i] = read(scan.y_m, at + i);
       z[i] = read(scan.z_m, at + i);
@@ -324,13 +335,12 @@ void ScanSegmenter::Impl::sort() {
 
 void ScanSegmenter::Impl::model() {
   nodes_.reset(box_.grown(completion_.halo()), 1);  // beyond there is nothing
-  std::size_t k = 0;
-  for (std::int32_t row = box_.row0; row < box_.row1; ++row)
-    for (std::int32_t col = box_.col0; col < box_.col1; ++col, k += kTriangles) {
-      if (end_[k * kParts] == end_[(k + kTriangles) * kParts]) continue;
-      const SquarePoints points{points_of(k), points_of(k + 1), points_of(k + 2), points_of(k + 3)};
-      model_square(points, model_, model_scratch_, nodes_.cell({col, row}));
-    }
+  const auto cols = static_cast<std::size_t>(box_.cols()) * kTriangles;
+  Node* const first = nodes_.cell({box_.col0, box_.row0});
+  const std::size_t row = nodes_.offset({0, 1}) - nodes_.offset({0, 0});
+  model_nodes(
+      node_count(), [&](std::size_t k) { return points_of(k); }, model_, model_scratch_,
+      [&](std::size_t k, const Node& node) { first[k / cols * row + k % cols] = node; });
 }
 
 void ScanSegmenter::Impl::link() {

@@ -1,5 +1,5 @@
-// A single scan: model and label in memory, one call. Nothing is written, no thread is
-// started, and the model has neither steps nor costs.
+// A single scan: model and label in memory, one call, the way maps are made. Nothing is written, no thread is started,
+// and the model has neither steps nor costs. Who only wants labels, scan after scan, takes scan_segmenter.h.
 #pragma once
 
 #include <vector>

@@ -16,7 +16,7 @@ namespace btms {
 struct CompleteScratch {
   std::vector<Neighbour> terrain;    // of the tile, square by square
   std::vector<std::uint32_t> begin;  // per square of the held box: its first in `terrain`
-  std::vector<Neighbour> near;       // of the squares that a group of squares can use
+  std::vector<std::uint32_t> near;   // those in `terrain` that a group of squares can use
   CompletionScratch completion;
   std::vector<Cell> squares;
 };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -78,7 +79,9 @@ TEST(LocalConvexity, NodesInOnePlaneAreLinkedAStepIsNot) {
 std::array<Node, kTriangles> predict_empty_square(std::span<const Neighbour> near, const Parameters& p) {
   std::array<Node, kTriangles> square;
   CompletionScratch scratch;
-  predict_square(square.data(), 0, 0, near, CompletionRules(p), scratch);
+  std::vector<std::uint32_t> all(near.size());
+  std::iota(all.begin(), all.end(), 0u);
+  predict_square(square.data(), 0, 0, near, all, CompletionRules(p), scratch);
   return square;
 }
 
@@ -140,11 +143,12 @@ TEST(Completion, WithoutNeighboursNothingChanges) {
   const auto before = square;
   CompletionScratch scratch;
   const CompletionRules rules(preset("city"));
-  predict_square(square.data(), 0, 0, {}, rules, scratch);
+  predict_square(square.data(), 0, 0, {}, {}, rules, scratch);
   EXPECT_EQ(square, before);
   // The nearest mean lies beyond the kernel, though within reach of the square's centre.
   const Neighbour far = neighbour_of(plane_node(0, 0, 0), static_cast<std::int32_t>(rules.radius_mm) + 670, 0);
-  predict_square(square.data(), 0, 0, {&far, 1}, rules, scratch);
+  constexpr std::uint32_t kOnly = 0;
+  predict_square(square.data(), 0, 0, {&far, 1}, {&kOnly, 1}, rules, scratch);
   EXPECT_EQ(square, before);
 }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/terrain/model_nodes.h"
 #include "engine/terrain/symmetric_eigen.h"
 #include "tests/support/cloud.h"
 
@@ -33,19 +34,19 @@ Parameters with(NodeModel model, int min_points = 3) {
   return p;
 }
 
-// The points as one of a square's four nodes, the others empty.
-Node model_node(const NodePoints& points, const NodeModelRules& rules, std::size_t triangle = kEast) {
-  SquarePoints square;
-  square[triangle] = points;
-  std::array<Node, kTriangles> nodes;
+// The points in one of the four lanes, the others empty.
+Node model_node(const NodePoints& points, const NodeModelRules& rules, std::size_t lane = 0) {
+  FourPoints square;
+  square[lane] = points;
+  std::array<Node, 4> nodes;
   ModelScratch scratch;
-  model_square(square, rules, scratch, nodes.data());
-  for (std::size_t t = 0; t < kTriangles; ++t) {
-    if (t != triangle) {
+  model_four(square, rules, scratch, nodes.data());
+  for (std::size_t t = 0; t < 4; ++t) {
+    if (t != lane) {
       EXPECT_EQ(nodes[t], Node{});
     }
   }
-  return nodes[triangle];
+  return nodes[lane];
 }
 
 // Sums of a node's points, one at a time.
@@ -260,7 +261,7 @@ TEST(NodeModel, RobustLooksUnderWhatStandsOnTheGround) {
 }
 
 TEST(NodeModel, AFullFlatTriangleWeighsOneThird) {
-  // East triangle of a 2 m square, evenly filled: l2/l1 = 1/3.
+  // East lane of a 2 m square, evenly filled: l2/l1 = 1/3.
   NodeCloud c;
   for (int x = 5; x < 1000; x += 10)
     for (int y = -x + 5; y < x; y += 10) c.add(x, y, 0);
@@ -294,9 +295,9 @@ TEST(NodeModel, LanesAgreeWithLonghandToTheBit) {
   int candidates = 0;
   for (int round = 0; round < 2000; ++round) {
     const int half = round % 2 == 0 ? 1000 : 32767;
-    std::array<NodeCloud, kTriangles> clouds;
-    SquarePoints square;
-    for (std::size_t t = 0; t < kTriangles; ++t) {
+    std::array<NodeCloud, 4> clouds;
+    FourPoints square;
+    for (std::size_t t = 0; t < 4; ++t) {
       const std::int64_t n = (random.between(1, 8) == 1) ? random.between(0, 4) : random.between(0, 90);
       const auto rise = random.between(-8000, 8000) / ((random.between(1, 3) == 1) ? 1 : 20);
       const std::int64_t noise = (random.between(1, 2) == 1) ? 30 : 3000;
@@ -311,16 +312,46 @@ TEST(NodeModel, LanesAgreeWithLonghandToTheBit) {
     }
     for (const NodeModel model : {NodeModel::kPca, NodeModel::kRobust}) {
       const NodeModelRules rules(with(model));
-      std::array<Node, kTriangles> nodes;
+      std::array<Node, 4> nodes;
       ModelScratch scratch;
-      model_square(square, rules, scratch, nodes.data());
-      for (std::size_t t = 0; t < kTriangles; ++t) {
+      model_four(square, rules, scratch, nodes.data());
+      for (std::size_t t = 0; t < 4; ++t) {
         ASSERT_EQ(nodes[t], model_longhand(square[t], rules)) << round << ' ' << t;
         candidates += nodes[t].node_class == NodeClass::kCandidate;
       }
     }
   }
   EXPECT_GT(candidates, 1000);
+}
+
+TEST(ModelNodes, TakesEveryNodeWithPointsOnce) {
+  Random random(19);
+  std::vector<NodeCloud> clouds(1000);
+  for (NodeCloud& c : clouds) {
+    std::int64_t n = random.between(-20, 40);
+    if (n == 40) n = random.between(41, 3000);
+    for (std::int64_t i = 0; i < n; ++i)
+      c.add(static_cast<int>(random.between(-900, 900)), static_cast<int>(random.between(-900, 900)),
+            static_cast<int>(random.between(-40, 40)));
+  }
+  const NodeModelRules rules(with(NodeModel::kRobust));
+  ModelNodesScratch scratch;
+  for (const std::size_t nodes : {std::size_t{1000}, std::size_t{1}, std::size_t{0}, std::size_t{998}}) {
+    std::vector<Node> found(nodes);
+    std::vector<int> times(nodes, 0);
+    model_nodes(
+        nodes, [&](std::size_t k) { return clouds[k].points(); }, rules, scratch,
+        [&](std::size_t k, const Node& node) { found[k] = node, ++times[k]; });
+    for (std::size_t k = 0; k < nodes; ++k) {
+      ASSERT_EQ(times[k], clouds[k].x.empty() ? 0 : 1);
+      ASSERT_EQ(found[k], model_node(clouds[k].points(), rules));
+    }
+  }
+  for (std::size_t n = 1; n < 100'000; ++n) {
+    ASSERT_GE(size_class(n), size_class(n - 1));
+    ASSERT_LE(size_class(n), size_class(n - 1) + 1);
+  }
+  EXPECT_LT(size_class(SIZE_MAX), kSizeClasses);
 }
 
 TEST(NodeModelDegenerate, NoPointsFewPointsOnePlace) {
