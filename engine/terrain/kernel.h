@@ -14,17 +14,20 @@ namespace btms {
 inline constexpr int kKernelBits = 24;
 inline constexpr double kKernelUnit = 1 << kKernelBits;
 
-// Precondition: 0 <= t.  Zero from t = 1 on.
-inline double kernel_real(double t) {
-  if (!(t < 1)) return 0;
+// For one t or lanes of them. Precondition: 0 <= t <= 1.
+template <class T>
+[[gnu::always_inline]] inline T kernel_within(const T& t) {
   constexpr double kP[] = {0.9999999998379971,   5.000000062559527,   8.420260035579595, 2.1013961828528314,
                            -7.050302527748029,   -4.714134429592761,  2.336901678458754, 2.50501546716526,
                            -0.17377637307124427, -1.1289807251230233, 0.3622101911760698};
-  double p = kP[10];
-  for (int i = 9; i >= 0; --i) p = p * t + kP[i];
-  const double u = 1 - t, u2 = u * u;
+  T p = kP[10] * t + kP[9];
+  for (int i = 8; i >= 0; --i) p = p * t + kP[i];
+  const T u = 1.0 - t, u2 = u * u;
   return p * u2 * u2 * u;
 }
+
+// Precondition: 0 <= t.  Zero from t = 1 on.
+inline double kernel_real(double t) { return t < 1 ? kernel_within(t) : 0; }
 
 inline std::int64_t kernel(double t) { return static_cast<std::int64_t>(kernel_real(t) * kKernelUnit + 0.5); }
 

@@ -92,7 +92,7 @@ bool has_plane(const LevelNode* cell) {
 struct CompleteScratch {
   LevelNeighbourhood near;
   std::vector<Cell> squares;
-  std::vector<LevelTerm> terms;
+  std::vector<LevelTerms> terms;
 };
 
 // Step 7: fills `completed` (interior and one ring) from `nodes`.
@@ -131,12 +131,7 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
         s.squares,
         [&](const std::vector<Cell>& squares) {
           s.near.clear();
-          for (const Cell& c : squares) {
-            const LevelNode* cell = from.cell(c);
-            for (int t = 0; t < kTriangles; ++t)
-              if (cell[t].has_plane())
-                s.near.add(cell[t], centre_x(c.col) + cell[t].mean_x_mm, centre_y(c.row) + cell[t].mean_y_mm);
-          }
+          for (const Cell& c : squares) s.near.add(from.cell(c), centre_x(c.col), centre_y(c.row));
         },
         [&](Cell c) {
           for (std::uint8_t t = 0; t < kTriangles; ++t) {
