@@ -15,6 +15,7 @@ class Components {
   explicit Components(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
 
   void unite(std::uint32_t a, std::uint32_t b) {
+    if (parent_[a] == parent_[b]) return;
     a = find(a);
     b = find(b);
     if (a == b) return;

@@ -10,8 +10,8 @@ namespace btms {
 namespace {
 
 constexpr double kMaxSpread_mm = 1 << 14;
-constexpr double kCoarser = 1 << 12;           // kernel values in squared spreads have 12 bits
-constexpr std::int32_t kNowhere_mm = 1 << 30;  // beyond all reach, and three times that is exact
+constexpr double kCoarser = 1 << 12;             // kernel values in squared spreads have 12 bits
+constexpr std::int32_t kNowhere_mm = 1 << 30;    // beyond all reach, and three times that is exact
 constexpr std::int64_t kExactRise_mm = 1 << 26;  // times a kernel value, and leaning: below 2^51
 
 // Of k z. Heights from the datum are at most rise_mm, before leaning.
@@ -67,8 +67,8 @@ void take_prior(LevelNode& node, std::uint8_t t, const PriorPlane& prior, const 
 }
 
 BTMS_WIDE void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t centre_y_mm,
-                         const LevelNeighbourhood& near, const PriorPlane& given, const LevelRules& rules,
-                         std::vector<LevelTerms>& terms) {
+                                   const LevelNeighbourhood& near, const PriorPlane& given, const LevelRules& rules,
+                                   std::vector<LevelTerms>& terms) {
   const LevelParameters& q = rules.p();
   const PriorPlane none, &prior = rules.first() ? none : given;
   const std::int64_t x3 = 3 * std::int64_t{centre_x_mm} + centroid_x3(t, rules.r_mm());
@@ -101,7 +101,8 @@ BTMS_WIDE void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t
       const Lanes kernel = floor_of(kernel_within(root_of(d9) / 3.0 / radius) * kKernelUnit + 0.5);
       const Lanes k = d9 < radius9 ? floor_of(kernel * to_doubles(s.weight) * (1 / kWeightUnit)) : Lanes{};
       // Its height, and a share of what its plane says of this place.
-      const Lanes lean = -(to_doubles(s.slope_x) * (1 / kSlopeUnit) * dx3 + to_doubles(s.slope_y) * (1 / kSlopeUnit) * dy3) / 3.0;
+      const Lanes lean =
+          -(to_doubles(s.slope_x) * (1 / kSlopeUnit) * dx3 + to_doubles(s.slope_y) * (1 / kSlopeUnit) * dy3) / 3.0;
       store(k, terms[i].k);
       store(to_doubles(s.z_mm) - static_cast<double>(datum) + floor_of(tilt * lean + 0.5), terms[i].z);
       k_sum += to_integers(k);
@@ -137,8 +138,7 @@ BTMS_WIDE void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t
   node.source = 0;
   const double support = s / kKernelUnit;
   node.weight = saturate_u16((q.completed_weight * support / (support + 1) + q.least_weight) * kWeightUnit);
-  node.sd_mm =
-      saturate_u16(coarse > 0 ? std::sqrt(static_cast<double>(square) / static_cast<double>(coarse)) : 0);
+  node.sd_mm = saturate_u16(coarse > 0 ? std::sqrt(static_cast<double>(square) / static_cast<double>(coarse)) : 0);
 }
 
 }  // namespace btms

@@ -31,8 +31,8 @@ double weight_steps(double scale_mm) {
   return std::floor(kWeightSteps / (kCutOff * scale_mm * FixedLevelPlane::kUnit) * kStepUnit + 0.5) / kStepUnit;
 }
 
-// The weight of a residual of so many steps, a multiple of 2^-32: 256 / (1 + q^4), q in the middle of the step, rounded.
-// Division is as fast as looking it up, and lanes need no table.
+// The weight of a residual of so many steps, a multiple of 2^-32: 256 / (1 + q^4), q in the middle of the step,
+// rounded. Division is as fast as looking it up, and lanes need no table.
 BTMS_INLINE Lanes weight_of(const Lanes& steps) {
   const Lanes none{}, some = steps > 0.0 ? steps : none;
   constexpr double kHalf = 0.5 - 1 / (2 * kStepUnit);  // of a step: so that rounding rounds down
