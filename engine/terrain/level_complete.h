@@ -2,6 +2,7 @@
 // difference to its prior; its slope is the prior's.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,39 +13,39 @@
 
 namespace btms {
 
-// Accepted nodes near a place, square by square, in a frame of the caller's. Reused memory.
+// Accepted nodes near a place, in a frame of the caller's. Reused memory.
 class LevelNeighbourhood {
  public:
   void clear();
   // The nodes of a square centred at (x, y) that have a plane.
   void add(const LevelNode* cell, std::int32_t x_mm, std::int32_t y_mm);
 
-  // The nodes of a square, a lane each; where there is no plane, a place that nothing reaches.
-  struct Square {
-    IntLanes x_mm, y_mm, z_mm, slope_x, slope_y, weight;
+  struct Neighbour {  // integers
+    double x3, y3;    // in thirds of a millimetre
+    double z_mm, slope_x, slope_y, weight;
   };
-  std::span<const Square> squares() const { return squares_; }
+  std::span<const Neighbour> nodes() const { return nodes_; }
   std::int32_t lowest_mm() const { return lowest_mm_; }
   std::int32_t highest_mm() const { return highest_mm_; }
 
  private:
-  std::vector<Square> squares_;
+  std::vector<Neighbour> nodes_;
   std::int32_t lowest_mm_ = INT32_MAX, highest_mm_ = INT32_MIN;
 };
 
-// What the nodes of a square say of a place; integers.
+// What a neighbour says of the four nodes of a square; integers.
 struct LevelTerms {
-  const LevelNeighbourhood::Square* square;
+  const LevelNeighbourhood::Neighbour* from;
   double k[kLanes];  // kernel times weight, 2^-24
-  double z[kLanes];  // height they propose, mm, from the datum
+  double z[kLanes];  // height it proposes, mm, from the datum
 };
 
-// Completes the node of triangle t whose square is centred at (centre_x, centre_y) in the frame of `near`. Without any
-// neighbour in reach it takes the prior as it is; on the first level it becomes kOutside then. `terms` is reused
-// memory.
-void complete_level_node(LevelNode& node, std::uint8_t t, std::int32_t centre_x_mm, std::int32_t centre_y_mm,
-                         const LevelNeighbourhood& near, const PriorPlane& prior, const LevelRules& rules,
-                         std::vector<LevelTerms>& terms);
+// Completes the wanted nodes of a square that is centred at (centre_x, centre_y) in the frame of `near`, a lane each.
+// Without any neighbour in reach a node takes the prior as it is; on the first level it becomes kOutside then. `terms`
+// is reused memory.
+void complete_level_square(LevelNode* nodes, const std::array<bool, kTriangles>& wanted, std::int32_t centre_x_mm,
+                           std::int32_t centre_y_mm, const LevelNeighbourhood& near, const SquarePriors& priors,
+                           const LevelRules& rules, std::vector<LevelTerms>& terms);
 
 // A node without points: the prior as it is, with the least weight.
 void take_prior(LevelNode& node, std::uint8_t t, const PriorPlane& prior, const LevelRules& rules);

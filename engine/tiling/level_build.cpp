@@ -112,21 +112,26 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
     const std::int32_t r = rules.r_mm();
     const auto centre_x = [&](std::int32_t col) { return (col - held.col0) * r + r / 2; };
     const auto centre_y = [&](std::int32_t row) { return (row - held.row0) * r + r / 2; };
-    // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
-    for_each_node(tiles[i].box, [&](NodeId n) {
-      LevelNode& node = to.cell(n.cell)[n.triangle];
-      node = from.cell(n.cell)[n.triangle];
-      if (node.level_class == LevelClass::kOutside || node.has_plane()) return;
-      if (rules.first())
-        node.level_class = LevelClass::kOutside;
-      else if (node.level_class == LevelClass::kSpan)
-        take_prior(node, n.triangle, prior.under(i, square_of(tiles[i].box, n.cell)), rules);
-      else
-        take_prior(node, n.triangle, prior.of(i, n), rules);
-    });
     const std::int32_t rings = rules.completion_halo();
     NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
                    [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
+    // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
+    for_each_cell(tiles[i].box, [&](Cell c) {
+      const LevelNode* cell = from.cell(c);
+      LevelNode* out = to.cell(c);
+      std::copy_n(cell, kTriangles, out);
+      const bool needy = walk.needy(c);
+      for (std::uint8_t t = 0; t < kTriangles; ++t) {
+        LevelNode& node = out[t];
+        if (node.level_class == LevelClass::kOutside || node.has_plane() || (needy && wants(node))) continue;
+        if (rules.first())
+          node.level_class = LevelClass::kOutside;
+        else if (node.level_class == LevelClass::kSpan)
+          take_prior(node, t, prior.under(i, square_of(tiles[i].box, c)), rules);
+        else
+          take_prior(node, t, prior.of(i, {c, t}), rules);
+      }
+    });
     walk.walk(
         s.squares,
         [&](const std::vector<Cell>& squares) {
@@ -134,13 +139,13 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
           for (const Cell& c : squares) s.near.add(from.cell(c), centre_x(c.col), centre_y(c.row));
         },
         [&](Cell c) {
+          std::array<bool, kTriangles> wanted;
+          SquarePriors priors;
           for (std::uint8_t t = 0; t < kTriangles; ++t) {
-            const LevelNode& node = from.cell(c)[t];
-            if (!wants(node)) continue;
-            LevelNode& out = to.cell(c)[t];
-            out = node;
-            complete_level_node(out, t, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, {c, t}), rules, s.terms);
+            wanted[t] = wants(from.cell(c)[t]);
+            if (wanted[t]) priors[t] = prior.of(i, {c, t});
           }
+          complete_level_square(to.cell(c), wanted, centre_x(c.col), centre_y(c.row), s.near, priors, rules, s.terms);
         });
   });
 }
