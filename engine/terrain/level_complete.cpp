@@ -44,8 +44,8 @@ BTMS_INLINE std::size_t find_within(std::span<const LevelNeighbourhood::Neighbou
 }
 
 // Fills in what they say. Returns the sum of k.
-BTMS_INLINE LongLanes weigh(std::span<LevelTerms> terms, const Receivers& to, const Lanes& radius,
-                            const Lanes& radius9, double tilt) {
+BTMS_INLINE LongLanes weigh(std::span<LevelTerms> terms, const Receivers& to, const Lanes& radius, const Lanes& radius9,
+                            double tilt) {
   LongLanes sum{};
   for (LevelTerms& term : terms) {
     const LevelNeighbourhood::Neighbour& from = *term.from;
@@ -87,25 +87,22 @@ BTMS_INLINE Lanes spread(std::span<const LevelTerms> terms, const Lanes& mean) {
 }  // namespace
 
 void LevelNeighbourhood::clear() {
-  nodes_.clear();
+  size_ = 0;
   lowest_mm_ = INT32_MAX;
   highest_mm_ = INT32_MIN;
 }
 
 void LevelNeighbourhood::add(const LevelNode* cell, std::int32_t x_mm, std::int32_t y_mm) {
-  const std::size_t n = nodes_.size();
-  nodes_.resize(n + kTriangles);
-  Neighbour* to = nodes_.data() + n;
+  if (nodes_.size() < size_ + kTriangles) nodes_.resize(2 * size_ + kTriangles);
   for (int t = 0; t < kTriangles; ++t) {
     const LevelNode& node = cell[t];
     if (!node.has_plane()) continue;
-    *to++ = {3.0 * (x_mm + node.mean_x_mm),      3.0 * (y_mm + node.mean_y_mm),
-             static_cast<double>(node.mean_z_mm), static_cast<double>(node.slope_x),
-             static_cast<double>(node.slope_y),   static_cast<double>(node.weight)};
+    nodes_[size_++] = {3.0 * (x_mm + node.mean_x_mm),       3.0 * (y_mm + node.mean_y_mm),
+                       static_cast<double>(node.mean_z_mm), static_cast<double>(node.slope_x),
+                       static_cast<double>(node.slope_y),   static_cast<double>(node.weight)};
     lowest_mm_ = std::min(lowest_mm_, node.mean_z_mm);
     highest_mm_ = std::max(highest_mm_, node.mean_z_mm);
   }
-  nodes_.resize(static_cast<std::size_t>(to - nodes_.data()));
 }
 
 void take_prior(LevelNode& node, std::uint8_t t, const PriorPlane& prior, const LevelRules& rules) {
@@ -149,9 +146,8 @@ BTMS_WIDE void complete_level_square(LevelNode* nodes, const std::array<bool, kT
     if (doublings == 0 || !any(few)) break;
     radius = few ? 2.0 * radius : radius;
   }
-  const LongLanes weighted =
-      weighted_sum(used, std::max(near.highest_mm() - static_cast<std::int64_t>(lowest_datum),
-                                  static_cast<std::int64_t>(highest_datum) - near.lowest_mm()));
+  const LongLanes weighted = weighted_sum(used, std::max(near.highest_mm() - static_cast<std::int64_t>(lowest_datum),
+                                                         static_cast<std::int64_t>(highest_datum) - near.lowest_mm()));
   const Lanes s = to_doubles(sum), z = to_doubles(weighted);
   const Lanes shrunk = z / (s + (rules.first() ? 0.0 : q.shrink * kKernelUnit)), sd = spread(used, z / s);
   const Lanes support = s / kKernelUnit;

@@ -24,12 +24,13 @@ class LevelNeighbourhood {
     double x3, y3;    // in thirds of a millimetre
     double z_mm, slope_x, slope_y, weight;
   };
-  std::span<const Neighbour> nodes() const { return nodes_; }
+  std::span<const Neighbour> nodes() const { return {nodes_.data(), size_}; }
   std::int32_t lowest_mm() const { return lowest_mm_; }
   std::int32_t highest_mm() const { return highest_mm_; }
 
  private:
-  std::vector<Neighbour> nodes_;
+  std::vector<Neighbour> nodes_;  // the first size_ of them
+  std::size_t size_ = 0;
   std::int32_t lowest_mm_ = INT32_MAX, highest_mm_ = INT32_MIN;
 };
 

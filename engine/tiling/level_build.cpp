@@ -150,66 +150,30 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
   });
 }
 
-// One corner: weighted mean of the planes around it, and of their uncertainties (step 8).
-class LevelCorner {
- public:
-  void add(const LevelNode& n, std::int32_t dx_mm, std::int32_t dy_mm, double floor_mm) {
-    if (n.level_class == LevelClass::kOutside) return;
-    const double x = -(dx_mm + n.mean_x_mm), y = -(dy_mm + n.mean_y_mm);
-    const double w = n.weight / std::max(floor_mm, std::sqrt(x * x + y * y));
-    const double z = n.mean_z_mm + (n.slope_x * x + n.slope_y * y) / kSlopeUnit;
-    z_ += w * z;
-    sd_ += w * n.sd_mm;
-    weight_ += w;
-    planes_[count_++] = {w, z};
-  }
-  LevelSurface::Corner corner() const {
-    if (!(weight_ > 0)) return {};
-    return {height_mm(z_ / weight_), saturate_u16(sd_ / weight_), saturate_u16(disagreement())};
-  }
-
- private:
-  // Standard error of the weighted mean, from how far the planes are apart.
-  double disagreement() const {
-    const double mean = z_ / weight_;
-    double squares = 0;
-    for (int i = 0; i < count_; ++i) {
-      squares += planes_[i].w * planes_[i].w * (planes_[i].z - mean) * (planes_[i].z - mean);
-    }
-    return std::sqrt(squares) / weight_;
-  }
-  struct Plane {
-    double w, z;
-  };
-  double z_ = 0, sd_ = 0, weight_ = 0;
-  std::array<Plane, kIncidentLattice> planes_;
-  int count_ = 0;
-};
-
 LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, const LevelRules& rules) {
   LevelSurface s(rules.r_mm(), box);
-  const std::int32_t r = rules.r_mm(), half = r / 2;
-  const double floor_mm = std::max(1.0, rules.p().corner_floor_per_r * r);
+  const CornerRules fit(rules);
+  const CellBox ring = box.grown(1);
+  const auto row_of = [&](std::int32_t row) {
+    return nodes.values().subspan(nodes.offset({ring.col0, row}), static_cast<std::size_t>(ring.cols()) * kTriangles);
+  };
+  PlaneRow south, north;
+  north.assign(row_of(ring.row0));
+  for (std::int32_t row = box.row0; row <= box.row1; ++row) {
+    std::swap(south, north);
+    north.assign(row_of(row));
+    fit.corners(
+        south, north,
+        std::span(s.corners).subspan(s.corner_index({box.col0, row}), static_cast<std::size_t>(box.cols() + 1)));
+    if (row < box.row1)
+      fit.centres(north,
+                  std::span(s.centres).subspan(s.cell_index({box.col0, row}), static_cast<std::size_t>(box.cols())));
+  }
   std::size_t k = 0;
-  for (std::int32_t row = box.row0; row <= box.row1; ++row)
-    for (std::int32_t col = box.col0; col <= box.col1; ++col) {
-      LevelCorner corner;
-      for (const NodeOffset& o : kIncidentTable)
-        corner.add(nodes.cell({col + o.col, row + o.row})[o.triangle], o.col * r + half, o.row * r + half, floor_mm);
-      s.corners[k++] = corner.corner();
-    }
-  k = 0;
-  for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col) {
-      LevelCorner corner;
-      const LevelNode* cell = nodes.cell({col, row});
-      for (int t = 0; t < kTriangles; ++t) {
-        corner.add(cell[t], 0, 0, floor_mm);
-        s.source[k * kTriangles + static_cast<std::size_t>(t)] =
-            cell[t].level_class == LevelClass::kOutside ? LevelSurface::kOutside : cell[t].source;
-      }
-      s.centres[k++] = corner.corner();
-    }
+  for_each_node(box, [&](NodeId n) {
+    const LevelNode& node = nodes.cell(n.cell)[n.triangle];
+    s.source[k++] = node.level_class == LevelClass::kOutside ? LevelSurface::kOutside : node.source;
+  });
   return s;
 }
 

@@ -7,17 +7,14 @@
 
 #include "engine/lattice/plane.h"
 #include "engine/lattice/tiles.h"
+#include "engine/terrain/level_corners.h"
 #include "engine/terrain/level_fit.h"
 
 namespace btms {
 
 // Heights and uncertainties at the corners of a box of cells; integers, like everything that is handed on.
 struct LevelSurface {
-  struct Corner {
-    std::int32_t z_mm = kUnknownHeight_mm;
-    std::uint16_t sd_mm = 0;
-    std::uint16_t disagreement_mm = 0;  // how far the planes around the corner disagree about it
-  };
+  using Corner = LevelCorner;
   static constexpr std::uint8_t kOutside = 255;
   std::int32_t r_mm = 0;
   CellBox box;
