@@ -124,8 +124,9 @@ std::int64_t GatedPoints::assign(std::size_t lane, const NodePoints& p, std::int
 std::size_t GatedPoints::longest() const { return *std::max_element(size_.begin(), size_.end()); }
 
 void GatedPoints::pad() {
+  const std::size_t end = longest() * kLanes;
   for (std::size_t lane = 0; lane < kLanes; ++lane)
-    for (std::size_t i = size_[lane] * kLanes + lane; i < longest() * kLanes; i += kLanes)
+    for (std::size_t i = size_[lane] * kLanes + lane; i < end; i += kLanes)
       x_[i] = y_[i] = 0, z_[i] = kPadding_mm;
 }
 
