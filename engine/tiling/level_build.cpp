@@ -23,10 +23,11 @@ struct PriorSource {
   bool coarser = false;                // a level coarser than the nodes
   const SpanGrounds* spans = nullptr;  // what lies under bridges, where they have been looked for
 
-  PriorPlane of(std::size_t tile, NodeId n) const {
+  // Of the nodes of a square; of those outside they mean nothing.
+  SquarePriors of(std::size_t tile, Cell c) const {
     if (!surfaces) return {};
     const LevelSurface& s = (*surfaces)[tile];
-    return coarser ? s.plane_for_child(n) : s.plane_of(n);
+    return coarser ? s.planes_for_child(c) : s.planes_of(c);
   }
   // Under a bridge, in the square at this index of the tile's box.
   PriorPlane under(std::size_t tile, std::size_t square) const {
@@ -49,16 +50,17 @@ void fit_level(const PassContext& context, const PointBins& bins, const BinGrid&
   std::vector<GatedPoints> gated(static_cast<std::size_t>(context.threads.count()));
   // Everything without points first: it takes the prior.
   context.for_each_tile("prior", [&](std::size_t i, int) {
-    for_each_node(tiles[i].box, [&](NodeId n) {
-      nodes[i].cell(n.cell)[n.triangle] =
-          prior.outside(i, n) ? LevelNode{} : unfitted_node(n.triangle, prior.of(i, n), rules);
+    for_each_cell(tiles[i].box, [&](Cell c) {
+      const SquarePriors priors = prior.of(i, c);
+      for (std::uint8_t t = 0; t < kTriangles; ++t)
+        nodes[i].cell(c)[t] = prior.outside(i, {c, t}) ? LevelNode{} : unfitted_node(t, priors[t], rules);
     });
   });
   for_each_square_with_points(
       context, "fit", bins, grid, [&](std::size_t i, Cell c, const SquarePoints& points, int worker) {
-        SquarePriors priors;
+        SquarePriors priors = prior.of(i, c);
         for (std::uint8_t t = 0; t < kTriangles; ++t)
-          if (!prior.outside(i, {c, t})) priors[t] = prior.of(i, {c, t});
+          if (prior.outside(i, {c, t})) priors[t] = {};
         std::array<LevelNode, kTriangles> fitted;
         fit_level_square(points, priors, rules, gated[static_cast<std::size_t>(worker)], fitted.data());
         for (std::uint8_t t = 0; t < kTriangles; ++t)
@@ -120,7 +122,9 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
       const LevelNode* cell = from.cell(c);
       LevelNode* out = to.cell(c);
       std::copy_n(cell, kTriangles, out);
+      if (std::all_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.has_plane(); })) return;
       const bool needy = walk.needy(c);
+      const SquarePriors priors = prior.of(i, c);
       for (std::uint8_t t = 0; t < kTriangles; ++t) {
         LevelNode& node = out[t];
         if (node.level_class == LevelClass::kOutside || node.has_plane() || (needy && wants(node))) continue;
@@ -129,7 +133,7 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
         else if (node.level_class == LevelClass::kSpan)
           take_prior(node, t, prior.under(i, square_of(tiles[i].box, c)), rules);
         else
-          take_prior(node, t, prior.of(i, {c, t}), rules);
+          take_prior(node, t, priors[t], rules);
       }
     });
     walk.walk(
@@ -140,12 +144,9 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
         },
         [&](Cell c) {
           std::array<bool, kTriangles> wanted;
-          SquarePriors priors;
-          for (std::uint8_t t = 0; t < kTriangles; ++t) {
-            wanted[t] = wants(from.cell(c)[t]);
-            if (wanted[t]) priors[t] = prior.of(i, {c, t});
-          }
-          complete_level_square(to.cell(c), wanted, centre_x(c.col), centre_y(c.row), s.near, priors, rules, s.terms);
+          std::transform(from.cell(c), from.cell(c) + kTriangles, wanted.begin(), wants);
+          complete_level_square(to.cell(c), wanted, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, c), rules,
+                                s.terms);
         });
   });
 }
@@ -212,9 +213,9 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
       if (round != 1) fit_level(context, bins, grid, rules, prior, nodes);
       if (first) bound_domain(context, nodes);
       context.for_each_tile("class", [&](std::size_t i, int) {
-        for_each_node(tiles[i].box, [&](NodeId n) {
-          LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
-          if (node.level_class >= LevelClass::kNear) classify(node, prior.of(i, n), rules);
+        for_each_cell(tiles[i].box, [&](Cell c) {
+          const SquarePriors priors = prior.of(i, c);
+          for (std::uint8_t t = 0; t < kTriangles; ++t) classify(nodes[i].cell(c)[t], priors[t], rules);
         });
       });
       exchange_halo(table, nodes, kLinkHalo, threads, ranks);
