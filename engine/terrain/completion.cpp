@@ -21,8 +21,6 @@ constexpr double kMaxRelief_mm = 1 << kReliefBits;
 constexpr int kMostMomentBits = 22;  // with squared spreads and their number: 61 bits
 constexpr int kNeighbourBits = 11;   // fewer nodes than that within 10 r
 
-#pragma GCC diagnostic ignored "-Wpsabi"  // what takes or returns lanes is inlined
-
 // The neighbours that a square's predictions may use, structure of arrays, filled up to whole lanes with some that no
 // kernel reaches; kernel values are those of the node at hand.
 class Terms {

@@ -22,6 +22,7 @@ class Components {
   }
 
   void unite(std::uint32_t a, std::uint32_t b) {
+    if (parent_[a] == parent_[b]) return;
     a = find(a);
     b = find(b);
     if (a == b) return;

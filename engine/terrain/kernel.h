@@ -9,13 +9,13 @@
 #include <cmath>
 #include <cstdint>
 
+#include "engine/lattice/lanes.h"
+
 namespace btms {
 
 inline constexpr int kKernelBits = 24;
 inline constexpr double kKernelUnit = 1 << kKernelBits;
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"  // lanes are inlined
 // The polynomial alone, which is k for 0 <= t < 1; of a double or of lanes.
 template <class Value>
 [[gnu::always_inline]] inline Value kernel_polynomial(const Value& t) {
@@ -27,8 +27,6 @@ template <class Value>
   const Value u = 1.0 - t, u2 = u * u;
   return p * u2 * u2 * u;
 }
-#pragma GCC diagnostic pop
-
 // Precondition: 0 <= t.  Zero from t = 1 on.
 inline double kernel_real(double t) { return t < 1 ? kernel_polynomial(t) : 0; }
 

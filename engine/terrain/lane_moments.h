@@ -18,9 +18,6 @@ namespace btms {
 
 inline constexpr std::size_t kExactNodePoints = 1 << 16;
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"  // lanes are inlined
-
 // `Sum` is Lanes or, for crowded nodes, LongLanes.
 template <class Sum>
 struct Moments {
@@ -70,7 +67,5 @@ BTMS_INLINE SymmetricMatrices covariance(const Moments<Sum>& m) {
   return {central(m, m.xx, m.x, m.x) * scale, central(m, m.xy, m.x, m.y) * scale, central(m, m.xz, m.x, m.z) * scale,
           central(m, m.yy, m.y, m.y) * scale, central(m, m.yz, m.y, m.z) * scale, central(m, m.zz, m.z, m.z) * scale};
 }
-
-#pragma GCC diagnostic pop
 
 }  // namespace btms

@@ -52,8 +52,8 @@ struct FitPrior {
 
   FitPrior(std::uint8_t triangle, const PriorPlane& given, const LevelRules& rules)
       : plane(rules.first() ? PriorPlane{} : given),
-        x_mm(static_cast<double>(centroid_x3(triangle, rules.r_mm())) / 3),
-        y_mm(static_cast<double>(centroid_y3(triangle, rules.r_mm())) / 3) {
+        x_mm(rules.centroid(triangle).x_mm),
+        y_mm(rules.centroid(triangle).y_mm) {
     const double limit = rules.p().slope_limit, steep = plane.slope();
     if (steep > limit) {
       const double at_centroid = plane.at(x_mm, y_mm), shorten = limit / steep;
@@ -118,10 +118,18 @@ LaneStart start_on_prior(std::size_t lane, const NodePoints& points, const FitPr
 
 }  // namespace
 
-double PriorPlane::slope() const { return std::sqrt(slope_x * slope_x + slope_y * slope_y); }
-
 LevelRules::LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first, bool last)
-    : p_(p), r_mm_(r_mm), first_(first), last_(last) {}
+    : p_(p), r_mm_(r_mm), first_(first), last_(last) {
+  for (std::uint8_t t = 0; t < kTriangles; ++t) {
+    const std::int64_t x3 = centroid_x3(t, r_mm), y3 = centroid_y3(t, r_mm);
+    centroids_[t] = {x3,
+                     y3,
+                     static_cast<double>(x3) / 3,
+                     static_cast<double>(y3) / 3,
+                     static_cast<std::int16_t>(floor_div(x3 + 1, 3)),
+                     static_cast<std::int16_t>(floor_div(y3 + 1, 3))};
+  }
+}
 
 std::int32_t LevelRules::completion_halo() const {
   // On the first level the radius may double twice.

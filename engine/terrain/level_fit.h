@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "engine/lattice/plane.h"
@@ -23,7 +24,7 @@ struct PriorPlane {
   std::uint8_t source = 0;  // levels coarser than the node that the prior's height comes from
 
   double at(double x, double y) const { return z + slope_x * x + slope_y * y; }
-  double slope() const;  // length of the gradient
+  double slope() const { return std::sqrt(slope_x * slope_x + slope_y * slope_y); }  // length of the gradient
 };
 
 // Rules of one level with a given resolution.
@@ -40,10 +41,19 @@ class LevelRules {
   bool completes_empty() const { return first_ || last_; }
   std::int32_t completion_halo() const;  // rings a completed node may use
 
+  // Where the centroid of a triangle is, from its square's centre.
+  struct Centroid {
+    std::int64_t x3 = 0, y3 = 0;  // in thirds of a millimetre
+    double x_mm = 0, y_mm = 0;
+    std::int16_t rounded_x_mm = 0, rounded_y_mm = 0;
+  };
+  const Centroid& centroid(std::uint8_t triangle) const { return centroids_[triangle]; }
+
  private:
   LevelParameters p_;
   std::int32_t r_mm_;
   bool first_, last_;
+  std::array<Centroid, kTriangles> centroids_;
 };
 
 // A node without points: mean and slope are the prior's.

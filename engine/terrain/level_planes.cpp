@@ -2,38 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "engine/lattice/wide.h"
+#include "engine/lattice/lanes.h"
 #include "engine/terrain/moments.h"
-
-#pragma GCC diagnostic ignored "-Wpsabi"  // what takes or returns lanes is inlined
 
 namespace btms {
 namespace {
 
+static_assert(GatedPoints::kLanes == kLanes);
 constexpr int kWeightOne = 256;
 constexpr int kWeightSteps = 256;  // residuals up to 4 s in this many steps
 constexpr double kCutOff = 4;
 constexpr double kSteepestFit = 7.9;
-
-// By e/s; beyond the last step nothing is left.
-constexpr std::array<double, kWeightSteps + 1> weight_table() {
-  std::array<double, kWeightSteps + 1> table{};
-  for (int i = 0; i < kWeightSteps; ++i) {
-    const double q = (i + 0.5) * kCutOff / kWeightSteps, q2 = q * q;
-    table[i] = static_cast<std::int32_t>(kWeightOne / (1 + q2 * q2) + 0.5);
-  }
-  return table;
-}
-constexpr auto kWeights = weight_table();
-static_assert(kWeights.front() == kWeightOne && kWeights.back() == 0);
-
-constexpr std::size_t kLanes = GatedPoints::kLanes;
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
-using LongLanes = std::int64_t __attribute__((vector_size(kLanes * sizeof(std::int64_t))));
-using UnsignedLanes = std::uint32_t __attribute__((vector_size(kLanes * sizeof(std::uint32_t))));
-using IntLanes = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));
 
 constexpr double kPadding_mm = 1 << 30;  // a height far above any plane
 constexpr double kLargestSquare_mm2 = 1 << 30;
@@ -41,50 +21,25 @@ constexpr double kLargestSquare_mm2 = 1 << 30;
 // add up in doubles without rounding.
 constexpr std::size_t kExactPoints = 1 << 10;
 
-// Added to an integer below 2^51 (in a double), leaves it in the mantissa.
-constexpr double kMagic = 6755399441055744.0;  // 1.5 2^52
-constexpr std::int64_t kExactlyStored = std::int64_t{1} << 51;
-
-#define BTMS_INLINE [[gnu::always_inline]] inline
-
-BTMS_INLINE LongLanes bits(const Lanes& v) {
-  LongLanes out;
-  std::memcpy(&out, &v, sizeof out);
-  return out;
-}
-BTMS_INLINE bool any(const LongLanes& mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
-// Precondition: integers below 2^51.
-BTMS_INLINE LongLanes to_integers(const Lanes& v) { return bits(v + kMagic) - bits(Lanes{} + kMagic); }
-BTMS_INLINE Lanes to_doubles(const LongLanes& v) {
-  if (any((v >= kExactlyStored) | (v <= -kExactlyStored))) return __builtin_convertvector(v, Lanes);
-  const LongLanes shifted = v + bits(Lanes{} + kMagic);
-  Lanes out;
-  std::memcpy(&out, &shifted, sizeof out);
-  return out - kMagic;
-}
-// Precondition: below 2^51.
-BTMS_INLINE Lanes floor_of(const Lanes& v) {
-  const Lanes nearest = (v + kMagic) - kMagic;
-  return nearest > v ? nearest - 1.0 : nearest;
-}
-BTMS_INLINE Lanes load(const double* from) {
-  Lanes v;
-  std::memcpy(&v, from, sizeof v);
-  return v;
-}
-BTMS_INLINE Lanes limited(const Lanes& v, double limit) {
-  const Lanes high = Lanes{} + limit;
-  return v < -high ? -high : v > high ? high : v;
-}
-
 struct LanePlane {
   Lanes a{}, b{}, c{};
 };
 
 // Steps of weight per 2^-12 mm of residual, a multiple of 2^-32.
+constexpr double kStepUnit = 4294967296.0;
 double weight_steps(double scale_mm) {
-  constexpr double kUnit = 4294967296.0;
-  return std::floor(kWeightSteps / (kCutOff * scale_mm * FixedLevelPlane::kUnit) * kUnit + 0.5) / kUnit;
+  return std::floor(kWeightSteps / (kCutOff * scale_mm * FixedLevelPlane::kUnit) * kStepUnit + 0.5) / kStepUnit;
+}
+
+// The weight of a residual of so many steps, a multiple of 2^-32: 256 / (1 + q^4), q in the middle of the step,
+// rounded. Division is as fast as looking it up, and lanes need no table.
+BTMS_INLINE Lanes weight_of(const Lanes& steps) {
+  const Lanes none{}, some = steps > 0.0 ? steps : none;
+  constexpr double kHalf = 0.5 - 1 / (2 * kStepUnit);  // of a step: so that rounding rounds down
+  const Lanes middle = ((some - kHalf) + kIntegerMagic) - kIntegerMagic + 0.5, square = middle * middle;
+  constexpr double kQuarter = kWeightSteps / kCutOff, kOne = kQuarter * kQuarter * kQuarter * kQuarter;
+  const Lanes w = (kWeightOne * kOne / (square * square + kOne) + kIntegerMagic) - kIntegerMagic;
+  return steps < double{kWeightSteps} ? w : none;
 }
 
 struct LaneMoments {
@@ -98,13 +53,9 @@ BTMS_INLINE LaneMoments weigh(const GatedPoints& p, std::size_t longest, const L
     const std::size_t end = std::min(begin + kExactPoints, longest);
     Lanes n{}, sx{}, sy{}, sz{}, xx{}, xy{}, xz{}, yy{}, yz{}, rr{};
     for (std::size_t i = begin * kLanes; i < end * kLanes; i += kLanes) {
-      const Lanes x = load(p.x_mm() + i), y = load(p.y_mm() + i), z = load(p.z_mm() + i);
+      const Lanes x = load_lanes(p.x_mm() + i), y = load_lanes(p.y_mm() + i), z = load_lanes(p.z_mm() + i);
       const Lanes e = z * FixedLevelPlane::kUnit - (plane.a * x + plane.b * y + plane.c);
-      Lanes step = e * steps_per_residual;
-      step = step > 0.0 ? step : Lanes{};
-      step = step < double{kWeightSteps} ? step : Lanes{} + double{kWeightSteps};
-      const auto k = reinterpret_cast<UnsignedLanes>(__builtin_convertvector(step, IntLanes));
-      const Lanes w{kWeights[k[0]], kWeights[k[1]], kWeights[k[2]], kWeights[k[3]]};
+      const Lanes w = weight_of(e * steps_per_residual);
       const Lanes wx = w * x, wy = w * y;
       n += w;
       sx += wx;
@@ -116,28 +67,29 @@ BTMS_INLINE LaneMoments weigh(const GatedPoints& p, std::size_t longest, const L
       yy += wy * y;
       yz += wy * z;
       if (!with_residuals) continue;
-      const Lanes r = floor_of(e / FixedLevelPlane::kUnit), square = r * r;
+      const Lanes r = floor_lanes(e / FixedLevelPlane::kUnit), square = r * r;
       rr += w * (square < kLargestSquare_mm2 ? square : Lanes{} + kLargestSquare_mm2);
     }
-    m.n += to_integers(n);
-    m.x += to_integers(sx);
-    m.y += to_integers(sy);
-    m.z += to_integers(sz);
-    m.xx += to_integers(xx);
-    m.xy += to_integers(xy);
-    m.xz += to_integers(xz);
-    m.yy += to_integers(yy);
-    m.yz += to_integers(yz);
-    m.rr += to_integers(rr);
+    m.n += small_integers(n);
+    m.x += small_integers(sx);
+    m.y += small_integers(sy);
+    m.z += small_integers(sz);
+    m.xx += small_integers(xx);
+    m.xy += small_integers(xy);
+    m.xz += small_integers(xz);
+    m.yy += small_integers(yy);
+    m.yz += small_integers(yz);
+    m.rr += small_integers(rr);
   }
   return m;
 }
 
 // n ab - a b, exact, then one rounding to double.
 BTMS_INLINE Lanes central(const LongLanes& n, const LongLanes& ab, const LongLanes& a, const LongLanes& b) {
-  const Lanes whole = to_doubles(n) * to_doubles(ab), means = to_doubles(a) * to_doubles(b);
+  const Lanes whole = mostly_small_lanes(n) * mostly_small_lanes(ab),
+              means = mostly_small_lanes(a) * mostly_small_lanes(b);
   constexpr double kExact = 9007199254740992.0;  // 2^53
-  if (!any((whole >= kExact) | (whole <= -kExact) | (means >= kExact) | (means <= -kExact))) return whole - means;
+  if (!any_lane((whole >= kExact) | (whole <= -kExact) | (means >= kExact) | (means <= -kExact))) return whole - means;
   Lanes out{};
   for (std::size_t k = 0; k < kLanes; ++k)
     out[k] = static_cast<double>(static_cast<__int128>(n[k]) * ab[k] - static_cast<__int128>(a[k]) * b[k]);
@@ -173,9 +125,9 @@ std::int64_t GatedPoints::assign(std::size_t lane, const NodePoints& p, std::int
 std::size_t GatedPoints::longest() const { return *std::max_element(size_.begin(), size_.end()); }
 
 void GatedPoints::pad() {
+  const std::size_t end = longest() * kLanes;
   for (std::size_t lane = 0; lane < kLanes; ++lane)
-    for (std::size_t i = size_[lane] * kLanes + lane; i < longest() * kLanes; i += kLanes)
-      x_[i] = y_[i] = 0, z_[i] = kPadding_mm;
+    for (std::size_t i = size_[lane] * kLanes + lane; i < end; i += kLanes) x_[i] = y_[i] = 0, z_[i] = kPadding_mm;
 }
 
 BTMS_WIDE std::array<FittedPlane, GatedPoints::kLanes> fit_planes(const GatedPoints& points, const PlaneStarts& starts,
@@ -197,13 +149,13 @@ BTMS_WIDE std::array<FittedPlane, GatedPoints::kLanes> fit_planes(const GatedPoi
   for (int fit = 0; fit < rules.fits; ++fit) {
     const bool last = fit == rules.fits - 1;
     const LaneMoments m = weigh(points, longest, plane, last ? last_steps : steps, last);
-    const Lanes n = to_doubles(m.n), n2 = n * n;
+    const Lanes n = mostly_small_lanes(m.n), n2 = n * n;
     weight = n / double{kWeightOne};
     fitted &= weight >= rules.least_weight;
-    if (!any(fitted)) break;
-    mx = to_doubles(m.x) / n;
-    my = to_doubles(m.y) / n;
-    mz = to_doubles(m.z) / n;
+    if (!any_lane(fitted)) break;
+    mx = mostly_small_lanes(m.x) / n;
+    my = mostly_small_lanes(m.y) / n;
+    mz = mostly_small_lanes(m.z) / n;
     // Covariances (mm^2) times the weight, plus the ridge towards the prior's slope.
     const Lanes ridge = rules.ridge_per_weight ? rules.ridge_mm2 * (1.0 / weight) : Lanes{} + rules.ridge_mm2;
     const Lanes cxx = central(m.n, m.xx, m.x, m.x) / n2 + ridge, cxy = central(m.n, m.xy, m.x, m.y) / n2;
@@ -211,11 +163,11 @@ BTMS_WIDE std::array<FittedPlane, GatedPoints::kLanes> fit_planes(const GatedPoi
     const Lanes cxz = central(m.n, m.xz, m.x, m.z) / n2 + ridge * prior_x;
     const Lanes cyz = central(m.n, m.yz, m.y, m.z) / n2 + ridge * prior_y;
     const Lanes det = cxx * cyy - cxy * cxy;
-    gx = limited((cxz * cyy - cyz * cxy) / det, kSteepestFit);
-    gy = limited((cyz * cxx - cxz * cxy) / det, kSteepestFit);
-    plane = {floor_of(gx * FixedLevelPlane::kUnit + 0.5), floor_of(gy * FixedLevelPlane::kUnit + 0.5),
-             floor_of((mz - gx * mx - gy * my) * FixedLevelPlane::kUnit + 0.5)};
-    mean_square = to_doubles(m.rr) / n;
+    gx = clamp_lanes((cxz * cyy - cyz * cxy) / det, kSteepestFit);
+    gy = clamp_lanes((cyz * cxx - cxz * cxy) / det, kSteepestFit);
+    plane = {floor_lanes(gx * FixedLevelPlane::kUnit + 0.5), floor_lanes(gy * FixedLevelPlane::kUnit + 0.5),
+             floor_lanes((mz - gx * mx - gy * my) * FixedLevelPlane::kUnit + 0.5)};
+    mean_square = mostly_small_lanes(m.rr) / n;
   }
   std::array<FittedPlane, kLanes> out;
   for (std::size_t k = 0; k < kLanes; ++k)

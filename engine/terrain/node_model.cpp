@@ -10,8 +10,6 @@
 #include "engine/terrain/symmetric_eigen.h"
 #include "engine/terrain/trigonometry.h"
 
-#pragma GCC diagnostic ignored "-Wpsabi"  // what takes or returns lanes is inlined
-
 namespace btms {
 namespace {
 

@@ -13,6 +13,7 @@ constexpr std::int32_t kLeastProfiles = 3;  // through a sure square
 // happen to face each other. Around it one lesser profile is enough.
 constexpr std::int32_t kRings = 2;
 constexpr std::int32_t kLeastSure = 13;
+constexpr std::int32_t kLeastShare = 3;  // a third of a sure drop is the least one
 
 // In half squares: eight lines, so that one of them crosses a strip almost squarely.
 struct Direction {
@@ -69,9 +70,10 @@ class SpanFinder {
         likely_(sure_.size()) {}
 
   std::vector<SpanGround> find() {
+    const std::vector<Cell> feet = possible_feet();
     for (const Direction& d : kDirections) {
       step_mm_ = step_mm(d, rules_.r_mm);
-      for_each_square(held_, [&](Cell c) { profiles_from(c, d); });
+      for (const Cell& foot : feet) profiles_from(foot, d);
     }
     return judged();
   }
@@ -114,7 +116,7 @@ class SpanFinder {
   }
   // A drop within so many steps: a sure one is as high as the rules say and steeper than 3 in 4; near the ends of a
   // span, where the ground comes up to the deck, a third of both will do.
-  bool sheer(std::int32_t low_mm, std::int32_t high_mm, std::int64_t steps, std::int32_t share = 3) const {
+  bool sheer(std::int32_t low_mm, std::int32_t high_mm, std::int64_t steps, std::int32_t share = kLeastShare) const {
     const std::int64_t drop = share * (std::int64_t{high_mm} - low_mm);
     return drop >= rules_.drop_mm && 4 * drop >= 3 * steps * step_mm_;
   }
@@ -127,6 +129,36 @@ class SpanFinder {
     for (const std::int32_t k : {2, 3, 1})
       if (const SquareHeights* h = at(moved(foot, d, away * k))) return 6 * (std::int64_t{h->low_mm} - foot_mm) / k;
     return 0;
+  }
+
+  // Squares with something within reach that is high enough to be an edge, in whatever direction: few.
+  std::vector<Cell> possible_feet() const {
+    const auto reach = static_cast<std::int32_t>(rules_.reach_mm() / rules_.r_mm);
+    const auto cols = static_cast<std::int32_t>(held_.cols()), rows = static_cast<std::int32_t>(held_.rows());
+    std::vector<std::int32_t> along_row(heights_.size(), kUnknownHeight_mm), highest(along_row);
+    for (std::int32_t row = 0; row < rows; ++row)
+      for (std::int32_t k = -reach; k <= reach; ++k)
+        for (std::int32_t col = std::max(0, -k); col < cols - std::max(0, k); ++col) {
+          const std::ptrdiff_t at = std::ptrdiff_t{row} * cols + col;
+          along_row[static_cast<std::size_t>(at)] =
+              std::max(along_row[static_cast<std::size_t>(at)], heights_[static_cast<std::size_t>(at + k)].high_mm);
+        }
+    for (std::int32_t k = -reach; k <= reach; ++k)
+      for (std::int32_t row = std::max(0, -k); row < rows - std::max(0, k); ++row)
+        for (std::int32_t col = 0; col < cols; ++col) {
+          const std::ptrdiff_t at = std::ptrdiff_t{row} * cols + col;
+          highest[static_cast<std::size_t>(at)] =
+              std::max(highest[static_cast<std::size_t>(at)],
+                       along_row[static_cast<std::size_t>(at + std::ptrdiff_t{k} * cols)]);
+        }
+    std::vector<Cell> feet;
+    std::size_t at = 0;
+    for_each_square(held_, [&](Cell c) {
+      const SquareHeights& h = heights_[at];
+      if (h.known() && kLeastShare * (std::int64_t{highest[at]} - h.low_mm) >= rules_.drop_mm) feet.push_back(c);
+      ++at;
+    });
+    return feet;
   }
 
   // All profiles whose first foot is here.

@@ -11,9 +11,6 @@
 
 namespace btms {
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"  // lanes are inlined
-
 struct SymmetricMatrices {
   Lanes xx{}, xy{}, xz{}, yy{}, yz{}, zz{};
 };
@@ -75,7 +72,5 @@ BTMS_INLINE EigenSystems solve_eigen(const SymmetricMatrices& m) {
   e.normal_z = known ? up * outward : Lanes{} + 1.0;
   return e;
 }
-
-#pragma GCC diagnostic pop
 
 }  // namespace btms

@@ -22,10 +22,11 @@ struct PriorSource {
   bool coarser = false;                // a level coarser than the nodes
   const SpanGrounds* spans = nullptr;  // what lies under bridges, where they have been looked for
 
-  PriorPlane of(std::size_t tile, NodeId n) const {
+  // Of the nodes of a square; of those outside they mean nothing.
+  SquarePriors of(std::size_t tile, Cell c) const {
     if (!surfaces) return {};
     const LevelSurface& s = (*surfaces)[tile];
-    return coarser ? s.plane_for_child(n) : s.plane_of(n);
+    return coarser ? s.planes_for_child(c) : s.planes_of(c);
   }
   // Under a bridge, in the square at this index of the tile's box.
   PriorPlane under(std::size_t tile, std::size_t square) const {
@@ -49,9 +50,10 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
   const auto& tiles = context.table.tiles();
   // Everything without points first: it takes the prior.
   context.for_each_tile("prior", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
-    for_each_node(tiles[i].box, [&](NodeId n) {
-      nodes[i].cell(n.cell)[n.triangle] =
-          prior.outside(i, n) ? LevelNode{} : unfitted_node(n.triangle, prior.of(i, n), rules);
+    for_each_cell(tiles[i].box, [&](Cell c) {
+      const SquarePriors priors = prior.of(i, c);
+      for (std::uint8_t t = 0; t < kTriangles; ++t)
+        nodes[i].cell(c)[t] = prior.outside(i, {c, t}) ? LevelNode{} : unfitted_node(t, priors[t], rules);
     });
   });
   struct Scratch {
@@ -60,9 +62,9 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
   };
   std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
   const auto fit = [&](std::size_t i, Cell c, const SquarePoints& here, GatedPoints& gated) {
-    SquarePriors priors;
+    SquarePriors priors = prior.of(i, c);
     for (std::uint8_t t = 0; t < kTriangles; ++t)
-      if (!prior.outside(i, {c, t})) priors[t] = prior.of(i, {c, t});
+      if (prior.outside(i, {c, t})) priors[t] = {};
     std::array<LevelNode, kTriangles> fitted;
     fit_level_square(here, priors, rules, gated, fitted.data());
     for (std::uint8_t t = 0; t < kTriangles; ++t)
@@ -113,7 +115,7 @@ bool has_plane(const LevelNode* cell) {
 struct CompleteScratch {
   LevelNeighbourhood near;
   std::vector<Cell> squares;
-  std::vector<LevelTerm> terms;
+  std::vector<LevelTerms> terms;
 };
 
 // Step 7: fills `completed` (interior and one ring) from `nodes`.
@@ -135,105 +137,67 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
         const std::int32_t r = rules.r_mm();
         const auto centre_x = [&](std::int32_t col) { return (col - held.col0) * r + r / 2; };
         const auto centre_y = [&](std::int32_t row) { return (row - held.row0) * r + r / 2; };
-        // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
-        for_each_node(tiles[i].box, [&](NodeId n) {
-          LevelNode& node = to.cell(n.cell)[n.triangle];
-          node = from.cell(n.cell)[n.triangle];
-          if (node.level_class == LevelClass::kOutside || node.has_plane()) return;
-          if (rules.first())
-            node.level_class = LevelClass::kOutside;
-          else if (node.level_class == LevelClass::kSpan)
-            take_prior(node, n.triangle, prior.under(i, square_of(tiles[i].box, n.cell)), rules);
-          else
-            take_prior(node, n.triangle, prior.of(i, n), rules);
-        });
         const std::int32_t rings = rules.completion_halo();
         NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
                        [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
+        // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
+        for_each_cell(tiles[i].box, [&](Cell c) {
+          const LevelNode* cell = from.cell(c);
+          LevelNode* out = to.cell(c);
+          std::copy_n(cell, kTriangles, out);
+          if (std::all_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.has_plane(); })) return;
+          const bool needy = walk.needy(c);
+          const SquarePriors priors = prior.of(i, c);
+          for (std::uint8_t t = 0; t < kTriangles; ++t) {
+            LevelNode& node = out[t];
+            if (node.level_class == LevelClass::kOutside || node.has_plane() || (needy && wants(node))) continue;
+            if (rules.first())
+              node.level_class = LevelClass::kOutside;
+            else if (node.level_class == LevelClass::kSpan)
+              take_prior(node, t, prior.under(i, square_of(tiles[i].box, c)), rules);
+            else
+              take_prior(node, t, priors[t], rules);
+          }
+        });
         walk.walk(
             s.squares,
             [&](const std::vector<Cell>& squares) {
               s.near.clear();
-              for (const Cell& c : squares) {
-                const LevelNode* cell = from.cell(c);
-                for (int t = 0; t < kTriangles; ++t)
-                  if (cell[t].has_plane())
-                    s.near.add(cell[t], centre_x(c.col) + cell[t].mean_x_mm, centre_y(c.row) + cell[t].mean_y_mm);
-              }
+              for (const Cell& c : squares) s.near.add(from.cell(c), centre_x(c.col), centre_y(c.row));
             },
             [&](Cell c) {
-              for (std::uint8_t t = 0; t < kTriangles; ++t) {
-                const LevelNode& node = from.cell(c)[t];
-                if (!wants(node)) continue;
-                LevelNode& out = to.cell(c)[t];
-                out = node;
-                complete_level_node(out, t, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, {c, t}), rules,
+              std::array<bool, kTriangles> wanted;
+              std::transform(from.cell(c), from.cell(c) + kTriangles, wanted.begin(), wants);
+              complete_level_square(to.cell(c), wanted, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, c), rules,
                                     s.terms);
-              }
             });
       });
 }
 
-// One corner: weighted mean of the planes around it, and of their uncertainties (step 8).
-class LevelCorner {
- public:
-  void add(const LevelNode& n, std::int32_t dx_mm, std::int32_t dy_mm, double floor_mm) {
-    if (n.level_class == LevelClass::kOutside) return;
-    const double x = -(dx_mm + n.mean_x_mm), y = -(dy_mm + n.mean_y_mm);
-    const double w = n.weight / std::max(floor_mm, std::sqrt(x * x + y * y));
-    const double z = n.mean_z_mm + (n.slope_x * x + n.slope_y * y) / kSlopeUnit;
-    z_ += w * z;
-    sd_ += w * n.sd_mm;
-    weight_ += w;
-    planes_[count_++] = {w, z};
-  }
-  LevelSurface::Corner corner() const {
-    if (!(weight_ > 0)) return {};
-    return {height_mm(z_ / weight_), saturate_u16(sd_ / weight_), saturate_u16(disagreement())};
-  }
-
- private:
-  // Standard error of the weighted mean, from how far the planes are apart.
-  double disagreement() const {
-    const double mean = z_ / weight_;
-    double squares = 0;
-    for (int i = 0; i < count_; ++i) {
-      squares += planes_[i].w * planes_[i].w * (planes_[i].z - mean) * (planes_[i].z - mean);
-    }
-    return std::sqrt(squares) / weight_;
-  }
-  struct Plane {
-    double w, z;
-  };
-  double z_ = 0, sd_ = 0, weight_ = 0;
-  std::array<Plane, kIncidentLattice> planes_;
-  int count_ = 0;
-};
-
 LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, const LevelRules& rules) {
   LevelSurface s(rules.r_mm(), box);
-  const std::int32_t r = rules.r_mm(), half = r / 2;
-  const double floor_mm = std::max(1.0, rules.p().corner_floor_per_r * r);
+  const CornerRules fit(rules);
+  const CellBox ring = box.grown(1);
+  const auto row_of = [&](std::int32_t row) {
+    return nodes.values().subspan(nodes.offset({ring.col0, row}), static_cast<std::size_t>(ring.cols()) * kTriangles);
+  };
+  PlaneRow south, north;
+  north.assign(row_of(ring.row0));
+  for (std::int32_t row = box.row0; row <= box.row1; ++row) {
+    std::swap(south, north);
+    north.assign(row_of(row));
+    fit.corners(
+        south, north,
+        std::span(s.corners).subspan(s.corner_index({box.col0, row}), static_cast<std::size_t>(box.cols() + 1)));
+    if (row < box.row1)
+      fit.centres(north,
+                  std::span(s.centres).subspan(s.cell_index({box.col0, row}), static_cast<std::size_t>(box.cols())));
+  }
   std::size_t k = 0;
-  for (std::int32_t row = box.row0; row <= box.row1; ++row)
-    for (std::int32_t col = box.col0; col <= box.col1; ++col) {
-      LevelCorner corner;
-      for (const NodeOffset& o : kIncidentTable)
-        corner.add(nodes.cell({col + o.col, row + o.row})[o.triangle], o.col * r + half, o.row * r + half, floor_mm);
-      s.corners[k++] = corner.corner();
-    }
-  k = 0;
-  for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col) {
-      LevelCorner corner;
-      const LevelNode* cell = nodes.cell({col, row});
-      for (int t = 0; t < kTriangles; ++t) {
-        corner.add(cell[t], 0, 0, floor_mm);
-        s.source[k * kTriangles + static_cast<std::size_t>(t)] =
-            cell[t].level_class == LevelClass::kOutside ? LevelSurface::kOutside : cell[t].source;
-      }
-      s.centres[k++] = corner.corner();
-    }
+  for_each_node(box, [&](NodeId n) {
+    const LevelNode& node = nodes.cell(n.cell)[n.triangle];
+    s.source[k++] = node.level_class == LevelClass::kOutside ? LevelSurface::kOutside : node.source;
+  });
   return s;
 }
 
@@ -269,9 +233,9 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
       if (round != 1) fit_level(context, points, level, rules, prior, nodes);
       if (first) bound_domain(context, nodes);
       context.for_each_tile("class", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
-        for_each_node(tiles[i].box, [&](NodeId n) {
-          LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
-          if (node.level_class >= LevelClass::kNear) classify(node, prior.of(i, n), rules);
+        for_each_cell(tiles[i].box, [&](Cell c) {
+          const SquarePriors priors = prior.of(i, c);
+          for (std::uint8_t t = 0; t < kTriangles; ++t) classify(nodes[i].cell(c)[t], priors[t], rules);
         });
       });
       exchange_halo(table, nodes, kLinkHalo, threads, ranks);

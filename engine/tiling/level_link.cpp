@@ -1,10 +1,12 @@
 // Links, rims and verdicts of one round of a level (steps 5 and 6 of the coarse-to-fine method).
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <tuple>
 #include <utility>
 
-#include "engine/lattice/neighbours.h"
 #include "engine/terrain/components.h"
+#include "engine/terrain/level_edges.h"
 #include "engine/terrain/level_links.h"
 #include "engine/tiling/level_passes.h"
 #include "engine/tiling/level_points.h"
@@ -32,75 +34,139 @@ struct RimEdge {
   bool same(const RimEdge& o) const { return a == o.a && b == o.b && kind == o.kind; }
 };
 
+struct BorderLink {
+  std::uint32_t inside, outside;  // offsets into the node field
+};
 struct TileLinks {
   std::vector<Component> components;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // over the border, as offsets into the node field
+  std::vector<BorderLink> links;    // over the border
+  std::vector<ForwardEdges> edges;  // of the nodes of the interior
+
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(components), fn(links), fn(edges);
+  }
 };
 
-// Calls fn(i, j, o, inside) for every pair of neighbours with a plane: node i of the interior, node j at offset o from
-// it. Pairs inside the interior come once, i < j; pairs over the border whichever is the smaller.
-template <class Fn>
-void for_each_edge(const TileField<LevelNode>& nodes, const Fn& fn) {
-  const std::span<const LevelNode> value = nodes.values();
+std::vector<ForwardEdges> edges_of(const TileField<LevelNode>& nodes, const LevelRules& rules) {
+  const CellBox box = nodes.interior(), ring = box.grown(1);
+  const EdgeRules compared(rules);
+  const auto row_of = [&](std::int32_t row) {
+    return nodes.values().subspan(nodes.offset({ring.col0, row}), static_cast<std::size_t>(ring.cols()) * kTriangles);
+  };
+  std::vector<ForwardEdges> edges(static_cast<std::size_t>(box.cells()) * kTriangles);
+  const std::size_t width = static_cast<std::size_t>(box.cols()) * kTriangles;
+  NodeRow here, north;
+  here.assign(row_of(box.row0));
+  for (std::int32_t row = box.row0; row < box.row1; ++row) {
+    north.assign(row_of(row + 1));
+    compared.compare(here, north, std::span(edges).subspan(static_cast<std::size_t>(row - box.row0) * width, width));
+    std::swap(here, north);
+  }
+  return edges;
+}
+
+// Where the forward neighbours of a node are in a field of nodes, from where it is.
+class ForwardOffsets {
+ public:
+  explicit ForwardOffsets(const TileField<LevelNode>& nodes) {
+    const auto cols = static_cast<std::int32_t>(nodes.held().cols());
+    for (std::size_t t = 0; t < kTriangles; ++t)
+      for (std::size_t k = 0; k < kNeighbours; ++k) {
+        const NodeOffset& o = kForwardTable[t].offset[k];
+        offset_[t][k] = (o.row * cols + o.col) * kTriangles + o.triangle - static_cast<std::int32_t>(t);
+      }
+  }
+  std::uint32_t from(std::uint32_t i, std::uint8_t t, int neighbour) const {
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(i) + offset_[t][static_cast<std::size_t>(neighbour)]);
+  }
+
+ private:
+  std::array<std::array<std::int32_t, kNeighbours>, kTriangles> offset_;
+};
+
+// The nodes around each square of a tile that have a plane, a bit each: square by square in ascending rows and columns.
+class PlanesAround {
+ public:
+  explicit PlanesAround(const TileField<LevelNode>& nodes) : nodes_(nodes) {}
+  // Edges to nodes without a plane, per node of a square. Precondition: asked for square after square of a row.
+  void at(Cell c, std::array<int, kTriangles>& open) {
+    if (c.col == nodes_.interior().col0)
+      for (std::int32_t col = -1; col <= 0; ++col) push({c.col + col, c.row});
+    push({c.col + 1, c.row});
+    for (std::size_t t = 0; t < kTriangles; ++t) open[t] = std::popcount(~bits_ & kNeighbourBits[t]);
+  }
+
+ private:
+  static constexpr int kColumn = 3 * kTriangles;
+  static constexpr auto kNeighbourBits = [] {
+    std::array<std::uint64_t, kTriangles> bits{};
+    for (std::size_t t = 0; t < kTriangles; ++t)
+      for (const NodeOffset& o : kNeighbourTable[t])
+        bits[t] |= std::uint64_t{1} << ((o.col + 1) * kColumn + (o.row + 1) * kTriangles + o.triangle);
+    return bits;
+  }();
+  void push(Cell c) {
+    std::uint64_t column = 0;
+    for (std::int32_t row = -1; row <= 1; ++row) {
+      const LevelNode* cell = nodes_.cell({c.col, c.row + row});
+      for (int t = 0; t < kTriangles; ++t) column |= std::uint64_t{cell[t].has_plane()} << ((row + 1) * kTriangles + t);
+    }
+    bits_ = bits_ >> kColumn | column << 2 * kColumn;
+  }
+  const TileField<LevelNode>& nodes_;
+  std::uint64_t bits_ = 0;
+};
+
+void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::span<const Passage> passed,
+               TileField<NodeKey>& ids, TileLinks& out) {
   const CellBox &box = nodes.interior(), core = box.grown(-1);
-  const auto cols = static_cast<std::int32_t>(nodes.held().cols());
+  const std::span<const LevelNode> value = nodes.values();
+  out.edges = edges_of(nodes, rules);
+  const ForwardOffsets forward(nodes);
+  Components components(value.size());
+  std::size_t at = 0;
   for_each_cell(box, [&](Cell c) {
     const bool at_border = !core.contains(c);
     for (std::uint8_t t = 0; t < kTriangles; ++t) {
       const auto i = static_cast<std::uint32_t>(nodes.offset(c) + t);
-      if (!value[i].has_plane()) continue;
-      for (const NodeOffset& o : kNeighbourTable[t]) {
-        const auto j = static_cast<std::uint32_t>(static_cast<std::int32_t>(i) + (o.row * cols + o.col) * kTriangles +
-                                                  o.triangle - t);
-        const bool inside = !at_border || box.contains({c.col + o.col, c.row + o.row});
-        if ((inside && j < i) || !value[j].has_plane()) continue;
-        fn(i, j, o, inside);
+      for (unsigned links = out.edges[at++].linked; links != 0; links &= links - 1) {
+        const int neighbour = std::countr_zero(links);
+        const std::uint32_t j = forward.from(i, t, neighbour);
+        if (value[i].level_class != value[j].level_class) continue;
+        const NodeOffset& o = kForwardTable[t].offset[static_cast<std::size_t>(neighbour)];
+        if (at_border && !box.contains({c.col + o.col, c.row + o.row}))
+          out.links.push_back({i, j});
+        else
+          components.unite(i, j);
       }
     }
   });
-}
-
-LevelEdge edge_between(const LevelNode& a, const LevelNode& b, const NodeOffset& o, const LevelRules& rules) {
-  return compare(a, b, o.col * rules.r_mm(), o.row * rules.r_mm(), rules);
-}
-
-void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::span<const Passage> passed,
-               TileField<NodeKey>& ids, TileLinks& out) {
-  const CellBox& box = nodes.interior();
-  const std::span<const LevelNode> value = nodes.values();
-  Components components(value.size());
-  for_each_edge(nodes, [&](std::uint32_t i, std::uint32_t j, const NodeOffset& o, bool inside) {
-    if (value[i].level_class != value[j].level_class) return;
-    if (inside && components.find(i) == components.find(j)) return;  // tells nothing
-    if (!edge_between(value[i], value[j], o, rules).linked) return;
-    if (inside)
-      components.unite(i, j);
-    else
-      out.links.emplace_back(i, j);
-  });
 
   std::vector<std::uint32_t> index(value.size());
-  for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col)
-      for (std::uint8_t t = 0; t < kTriangles; ++t) {
-        const auto i = static_cast<std::uint32_t>(nodes.offset({col, row}) + t);
-        NodeKey& id = ids.cell({col, row})[t];
-        id = kNoComponent;
-        if (!value[i].has_plane()) continue;
-        const std::uint32_t root = components.find(i);
-        if (root == i) {
-          index[i] = static_cast<std::uint32_t>(out.components.size());
-          out.components.push_back({node_key({{col, row}, t}), {}});
-          out.components.back().sums.above = value[i].level_class == LevelClass::kAbove;
-        }
-        Component& c = out.components[index[root]];
-        id = c.id;
-        ++c.sums.nodes;
-        c.sums.above_mm += value[i].above_prior_mm;
-        c.sums.tolerance_mm += value[i].tolerance_mm;
-        for (const NodeOffset& o : kNeighbourTable[t])
-          c.sums.open += !value[nodes.offset({col + o.col, row + o.row}) + o.triangle].has_plane();
+  PlanesAround around(nodes);
+  std::array<int, kTriangles> open;
+  for_each_cell(box, [&](Cell cell) {
+    around.at(cell, open);
+    for (std::uint8_t t = 0; t < kTriangles; ++t) {
+      const auto i = static_cast<std::uint32_t>(nodes.offset(cell) + t);
+      NodeKey& id = ids.cell(cell)[t];
+      id = kNoComponent;
+      if (!value[i].has_plane()) continue;
+      const std::uint32_t root = components.find(i);
+      if (root == i) {
+        index[i] = static_cast<std::uint32_t>(out.components.size());
+        out.components.push_back({node_key({cell, t}), {}});
+        out.components.back().sums.above = value[i].level_class == LevelClass::kAbove;
       }
+      Component& c = out.components[index[root]];
+      id = c.id;
+      ++c.sums.nodes;
+      c.sums.above_mm += value[i].above_prior_mm;
+      c.sums.tolerance_mm += value[i].tolerance_mm;
+      c.sums.open += static_cast<std::uint64_t>(open[t]);
+    }
+  });
   for (const Passage& p : passed) {
     const auto i = static_cast<std::uint32_t>(nodes.offset(p.node.cell) + p.node.triangle);
     const LevelNode& n = value[i];
@@ -110,37 +176,59 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::
   }
 }
 
-// The rims of the components of a tile: edges inside, and over the border where ours is the smaller key (ascending
-// offsets are ascending keys, in the halo too).
-std::vector<RimEdge> rim_edges(const TileField<LevelNode>& nodes, const LevelRules& rules,
+// Counts edges of a kind between components. The last ones met are at hand, so that few of them are listed twice.
+class RimCounter {
+ public:
+  void add(NodeKey a, NodeKey b, EdgeKind kind) {
+    RimEdge& last = last_[(a * 31 + b * 7 + kind) % kLast];
+    if (last.count > 0 && !last.same({a, b, kind, 0})) edges_.push_back(std::exchange(last, {}));
+    last = {a, b, kind, last.count + 1};
+  }
+  std::vector<RimEdge> counted() {
+    for (const RimEdge& e : last_)
+      if (e.count > 0) edges_.push_back(e);
+    std::sort(edges_.begin(), edges_.end());
+    std::vector<RimEdge> out;
+    for (const RimEdge& e : edges_)
+      if (!out.empty() && out.back().same(e))
+        out.back().count += e.count;
+      else
+        out.push_back(e);
+    return out;
+  }
+
+ private:
+  static constexpr std::size_t kLast = 1024;
+  std::array<RimEdge, kLast> last_{};
+  std::vector<RimEdge> edges_;
+};
+
+// The rims of the components of a tile: edges inside, and over the border where ours is the smaller key.
+std::vector<RimEdge> rim_edges(const TileField<LevelNode>& nodes, const std::vector<ForwardEdges>& edges,
                                const TileField<NodeKey>& ids) {
   const std::span<const LevelNode> value = nodes.values();
   const std::span<const NodeKey> id = ids.values();
-  std::vector<RimEdge> edges;
-  for_each_edge(nodes, [&](std::uint32_t i, std::uint32_t j, const NodeOffset& o, bool) {
-    if (j < i || id[i] == id[j]) return;
-    const LevelEdge edge = edge_between(value[i], value[j], o, rules);
-    if (edge.linked && value[i].level_class != value[j].level_class) edges.push_back({id[i], id[j], kAgreeEdge, 1});
-    edges.push_back({id[i], id[j], edge.step > 0 ? kUpEdge : edge.step < 0 ? kDownEdge : kLevelEdge, 1});
+  const ForwardOffsets forward(nodes);
+  RimCounter rims;
+  std::size_t at = 0;
+  for_each_node(nodes.interior(), [&](NodeId n) {
+    const auto i = static_cast<std::uint32_t>(nodes.offset(n.cell) + n.triangle);
+    const ForwardEdges own = edges[at++];
+    if (id[i] == kNoComponent) return;
+    for (int k = 0; k < kForwardTable[n.triangle].count; ++k) {
+      const std::uint32_t j = forward.from(i, n.triangle, k);
+      if (id[i] == id[j] || id[j] == kNoComponent) continue;
+      if ((own.linked >> k & 1) && value[i].level_class != value[j].level_class) rims.add(id[i], id[j], kAgreeEdge);
+      rims.add(id[i], id[j], own.above >> k & 1 ? kUpEdge : own.below >> k & 1 ? kDownEdge : kLevelEdge);
+    }
   });
-  return edges;
-}
-
-std::vector<RimEdge> counted(std::vector<RimEdge> edges) {
-  std::sort(edges.begin(), edges.end());
-  std::vector<RimEdge> out;
-  for (const RimEdge& e : edges)
-    if (!out.empty() && out.back().same(e))
-      out.back().count += e.count;
-    else
-      out.push_back(e);
-  return out;
+  return rims.counted();
 }
 
 // Global and small: sees components and counts only.
 class Verdicts {
  public:
-  Verdicts(const std::vector<Component>& components, const std::vector<Link>& links, const std::vector<RimEdge>& edges,
+  Verdicts(const std::vector<Component>& components, const std::vector<Link>& links, const std::vector<RimEdge>& listed,
            const LevelRules& rules)
       : merged_(components, links), rejected_(merged_.size(), 0) {
     std::vector<ComponentSums> sums(merged_.size());
@@ -153,16 +241,17 @@ class Verdicts {
       s.open += c.sums.open;
       s.above = c.sums.above;
     }
+    std::vector<Rim> edges;
+    for (const RimEdge& e : listed)
+      if (const Rim rim{merged_.root(e.a), merged_.root(e.b), e.kind, e.count}; rim.a != rim.b) edges.push_back(rim);
     // Judged with all components standing, like the first round: what is gone says nothing about walls.
     const std::vector<std::uint8_t> on_island = rules.first() ? rejected_ : on_rejected_islands(sums, edges);
     std::vector<RimCounts> rims(merged_.size());
     for (int round = 0; round < rules.p().rejection_rounds; ++round) {
       rims.assign(merged_.size(), RimCounts{});
-      for (const RimEdge& e : edges) {
-        const std::uint32_t a = merged_.root(e.a), b = merged_.root(e.b);
-        if (a == b) continue;
-        count(rims[a], sums[a], sums[b], rejected_[b], e, e.kind == kUpEdge);
-        count(rims[b], sums[b], sums[a], rejected_[a], e, e.kind == kDownEdge);
+      for (const Rim& e : edges) {
+        count(rims[e.a], sums[e.a], sums[e.b], rejected_[e.b], e, e.kind == kUpEdge);
+        count(rims[e.b], sums[e.b], sums[e.a], rejected_[e.a], e, e.kind == kDownEdge);
       }
       bool changed = false;
       const std::vector<std::uint8_t> before = rejected_;
@@ -178,10 +267,15 @@ class Verdicts {
   const ComponentCounts& counts() const { return counts_; }
 
  private:
+  // Edges of one kind between merged components.
+  struct Rim {
+    std::uint32_t a, b;
+    std::uint64_t kind, count;
+  };
   // One kind of edge as `mine` sees it, towards `other`. An edge up counts only against a component at least as large:
   // nothing is a roof because of a pit beside it.
   static void count(RimCounts& rim, const ComponentSums& mine, const ComponentSums& other, bool other_rejected,
-                    const RimEdge& e, bool up) {
+                    const Rim& e, bool up) {
     if (other_rejected) return;
     if (e.kind == kAgreeEdge) {
       rim.agree += e.count;
@@ -193,10 +287,10 @@ class Verdicts {
   }
   // Which components go with their whole island.
   std::vector<std::uint8_t> on_rejected_islands(const std::vector<ComponentSums>& sums,
-                                                const std::vector<RimEdge>& edges) const {
+                                                const std::vector<Rim>& edges) const {
     Components islands(merged_.size());
-    for (const RimEdge& e : edges)
-      if (e.kind == kAgreeEdge) islands.unite(merged_.root(e.a), merged_.root(e.b));
+    for (const Rim& e : edges)
+      if (e.kind == kAgreeEdge) islands.unite(e.a, e.b);
     std::vector<ComponentSums> whole(merged_.size());
     const auto island = [&](std::size_t i) { return islands.find(static_cast<std::uint32_t>(i)); };
     for (std::size_t i = 0; i < merged_.size(); ++i) {
@@ -205,8 +299,8 @@ class Verdicts {
       whole[island(i)].passages += sums[i].passages;
     }
     std::vector<RimCounts> rims(merged_.size());
-    for (const RimEdge& e : edges) {
-      const std::uint32_t a = island(merged_.root(e.a)), b = island(merged_.root(e.b));
+    for (const Rim& e : edges) {
+      const std::uint32_t a = island(e.a), b = island(e.b);
       if (a == b) continue;
       count(rims[a], whole[a], whole[b], false, e, e.kind == kUpEdge);
       count(rims[b], whole[b], whole[a], false, e, e.kind == kDownEdge);
@@ -225,36 +319,39 @@ class Verdicts {
 ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes) {
   const auto& tiles = context.table.tiles();
   TileFields<NodeKey> ids(context.pager, tiles.size());
-  std::vector<TileLinks> tile_links(tiles.size());
+  Paged<TileLinks> tile_links(context.pager, tiles.size());
   const PassagesByTile passed(context.trajectory, context.table);
-  context.for_each_tile("link", {reads(nodes), writes(ids)}, [&](std::size_t i, int) {
+  context.for_each_tile("link", {reads(nodes), writes(ids), writes(tile_links)}, [&](std::size_t i, int) {
     ids[i] = TileField<NodeKey>(nodes[i].interior(), nodes[i].halo());  // the same offsets
     link_tile(nodes[i], rules, passed.of(i), ids[i], tile_links[i]);
   });
   exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
 
+  std::vector<std::vector<Component>> components(tiles.size());
   std::vector<std::vector<RimEdge>> tile_edges(tiles.size());
   std::vector<std::vector<Link>> tile_pairs(tiles.size());
-  context.for_each_tile("rim", {reads(nodes), reads(ids)}, [&](std::size_t i, int) {
+  context.for_each_tile("rim", {reads(nodes), reads(ids), writes(tile_links)}, [&](std::size_t i, int) {
     const std::span<const NodeKey> id = std::as_const(ids[i]).values();
     for (const auto& [a, b] : tile_links[i].links) tile_pairs[i].push_back({id[a], id[b]});
     sort_unique(tile_pairs[i]);
-    tile_edges[i] = counted(rim_edges(nodes[i], rules, ids[i]));
+    tile_edges[i] = rim_edges(nodes[i], tile_links[i].edges, ids[i]);
+    components[i] = std::move(tile_links[i].components);
+    tile_links[i] = {};
   });
 
-  std::vector<std::vector<Component>> components(tiles.size());
-  for (std::size_t i = 0; i < tiles.size(); ++i) components[i] = std::move(tile_links[i].components);
   const Verdicts verdicts(gather_all(context.ranks, components), gather_all(context.ranks, tile_pairs),
                           gather_all(context.ranks, tile_edges), rules);
   context.for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
-    const CellBox& box = tiles[i].box;
-    for (std::int32_t row = box.row0; row < box.row1; ++row)
-      for (std::int32_t col = box.col0; col < box.col1; ++col) {
-        LevelNode* node = nodes[i].cell({col, row});
-        const NodeKey* id = ids[i].cell({col, row});
-        for (int t = 0; t < kTriangles; ++t)
-          if (id[t] != kNoComponent && verdicts.is_rejected(id[t])) node[t].level_class = LevelClass::kRejected;
+    NodeKey asked = kNoComponent;  // neighbours mostly belong together
+    bool rejected = false;
+    for_each_node(tiles[i].box, [&](NodeId n) {
+      const NodeKey id = ids[i].cell(n.cell)[n.triangle];
+      if (id != asked) {
+        asked = id;
+        rejected = id != kNoComponent && verdicts.is_rejected(id);
       }
+      if (rejected) nodes[i].cell(n.cell)[n.triangle].level_class = LevelClass::kRejected;
+    });
   });
   return verdicts.counts();
 }

@@ -7,6 +7,7 @@
 
 #include "engine/lattice/plane.h"
 #include "engine/lattice/tiles.h"
+#include "engine/terrain/level_corners.h"
 #include "engine/terrain/level_fit.h"
 #include "engine/tiling/paged.h"
 
@@ -14,11 +15,7 @@ namespace btms {
 
 // Heights and uncertainties at the corners of a box of cells; integers, like everything that is handed on.
 struct LevelSurface {
-  struct Corner {
-    std::int32_t z_mm = kUnknownHeight_mm;
-    std::uint16_t sd_mm = 0;
-    std::uint16_t disagreement_mm = 0;  // how far the planes around the corner disagree about it
-  };
+  using Corner = LevelCorner;
   static constexpr std::uint8_t kOutside = 255;
   std::int32_t r_mm = 0;
   CellBox box;
@@ -56,20 +53,39 @@ struct LevelSurface {
   // The plane of a node of this surface, in the frame of its square's centre. Precondition: not outside.
   PriorPlane plane_of(NodeId n) const {
     const auto c = corners_of(n);
-    const FinalPlane f = FinalPlane::through(n.triangle, {c[0].z_mm, c[1].z_mm, c[2].z_mm});
-    return {static_cast<double>(f.centre_mm), static_cast<double>(f.rise_x_mm) / r_mm,
-            static_cast<double>(f.rise_y_mm) / r_mm, (static_cast<double>(c[0].sd_mm) + c[1].sd_mm + c[2].sd_mm) / 3,
-            source_of(n)};
+    return plane_through(n.triangle, c[0], c[1], c[2], source_of(n));
   }
-  // The same plane in the frame of a square centre of the next finer lattice.
-  PriorPlane plane_for_child(NodeId child) const {
-    const NodeId p = parent(child);
-    PriorPlane plane = plane_of(p);
-    ++plane.source;
+  // Those of a square; of nodes outside they mean nothing.
+  SquarePriors planes_of(Cell c) const {
+    const Corner *south = &corners[corner_index(c)], *north = south + box.cols() + 1, &m = centres[cell_index(c)];
+    const std::uint8_t* from = &source[cell_index(c) * kTriangles];
+    return {plane_through(kEast, m, south[1], north[1], from[kEast]),
+            plane_through(kNorth, m, north[1], north[0], from[kNorth]),
+            plane_through(kWest, m, north[0], south[0], from[kWest]),
+            plane_through(kSouth, m, south[0], south[1], from[kSouth])};
+  }
+  // The same planes in the frame of a square centre of the next finer lattice, node by node of that square.
+  SquarePriors planes_for_child(Cell child) const {
+    const Cell square = parent({child, 0}).cell;
+    const SquarePriors planes = planes_of(square);
     const Lattice coarse(r_mm), fine(r_mm / 2);
-    plane.z = plane.at(static_cast<double>(fine.centre_x_mm(child.cell) - coarse.centre_x_mm(p.cell)),
-                       static_cast<double>(fine.centre_y_mm(child.cell) - coarse.centre_y_mm(p.cell)));
-    return plane;
+    const auto x = static_cast<double>(fine.centre_x_mm(child) - coarse.centre_x_mm(square));
+    const auto y = static_cast<double>(fine.centre_y_mm(child) - coarse.centre_y_mm(square));
+    SquarePriors out;
+    for (std::uint8_t t = 0; t < kTriangles; ++t) {
+      out[t] = planes[parent({child, t}).triangle];
+      out[t].z = out[t].at(x, y);
+      ++out[t].source;
+    }
+    return out;
+  }
+
+ private:
+  PriorPlane plane_through(std::uint8_t triangle, const Corner& m, const Corner& p, const Corner& q,
+                           std::uint8_t from) const {
+    const FinalPlane f = FinalPlane::through(triangle, {m.z_mm, p.z_mm, q.z_mm});
+    return {static_cast<double>(f.centre_mm), static_cast<double>(f.rise_x_mm) / r_mm,
+            static_cast<double>(f.rise_y_mm) / r_mm, (static_cast<double>(m.sd_mm) + p.sd_mm + q.sd_mm) / 3, from};
   }
 };
 

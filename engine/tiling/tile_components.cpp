@@ -6,8 +6,6 @@
 #include "engine/lattice/neighbours.h"
 #include "engine/lattice/wide.h"
 
-#pragma GCC diagnostic ignored "-Wpsabi"  // what takes or returns lanes is inlined
-
 namespace btms {
 namespace {
 
