@@ -18,6 +18,8 @@ constexpr std::chrono::milliseconds kJsonEvery{1000};
 constexpr std::chrono::milliseconds kLineEvery{5000};
 constexpr double kShortPhase_s = 1.0;  // shorter phases get no closing line
 constexpr int kBarWidth = 24;
+// Steps of a plan that a run may leave out. Less than a round, whose phases come again under the same names.
+constexpr std::ptrdiff_t kLookAhead = 4;
 
 std::string bar(double share) {
   const int filled = static_cast<int>(share * kBarWidth);
@@ -57,8 +59,9 @@ void ProgressDisplay::begin(std::string_view phase, std::uint64_t total, std::st
 
 void ProgressDisplay::find_step() {
   const auto from = plan_.begin() + static_cast<std::ptrdiff_t>(steps_begun_);
-  const auto step = std::find_if(from, plan_.end(), [&](const PlannedPhase& p) { return p.name == phase_; });
-  in_plan_ = step != plan_.end();
+  const auto to = from + std::min<std::ptrdiff_t>(kLookAhead, plan_.end() - from);
+  const auto step = std::find_if(from, to, [&](const PlannedPhase& p) { return p.name == phase_; });
+  in_plan_ = step != to;
   if (!in_plan_) return;
   steps_begun_ = static_cast<std::size_t>(step - plan_.begin()) + 1;
   behind_ = std::accumulate(plan_.begin(), step, 0.0, [](double sum, const PlannedPhase& p) { return sum + p.weight; });

@@ -15,7 +15,7 @@ struct PlannedPhase {
 using RunPlan = std::vector<PlannedPhase>;
 
 // Weights were measured on airborne points, ten to a node; where they are wrong the ETA corrects itself as phases end.
-// Phases that a run adds or leaves out do no harm: the display looks ahead for a name.
+// Phases that a run adds or leaves out do no harm: the display looks a few steps ahead for a name.
 RunPlan build_plan(const Parameters& parameters);
 
 }  // namespace btms

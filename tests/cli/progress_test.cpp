@@ -16,7 +16,7 @@ std::vector<nlohmann::json> objects_in(const std::string& text) {
 
 class BuildProgress : public testing::TestWithParam<std::vector<std::string>> {};
 
-// Every phase is in the plan of the run (apps/btms/run_plan.cpp), and every planned phase comes, in this order.
+// Every phase is in the plan of the run (apps/btms/run_plan.cpp), and in this order; the plan may have more.
 TEST_P(BuildProgress, IsToldOfTheWholeRun) {
   const TempFolder folder;
   run_json({"synth", "--points", "200000", "-o", folder / "world"});
@@ -25,7 +25,7 @@ TEST_P(BuildProgress, IsToldOfTheWholeRun) {
   build.insert(build.end(), GetParam().begin(), GetParam().end());
   const Outcome outcome = run(build);
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  int ended = 0;
+  int step = 0;
   double share = 0;
   nlohmann::json last;
   for (const auto& line : objects_in(outcome.err)) {
@@ -37,11 +37,12 @@ TEST_P(BuildProgress, IsToldOfTheWholeRun) {
     EXPECT_GT(line["rss_bytes"].get<double>(), 1e6) << line;
     share = line["share"];
     if (line["finished"] == true) {
-      EXPECT_EQ(line["step"], ++ended) << line;
+      EXPECT_GT(line["step"], step) << line << " is not in the plan";
+      step = line["step"];
     }
     last = line;
   }
-  EXPECT_EQ(ended, last["steps"]);
+  EXPECT_EQ(step, last["steps"]);
   EXPECT_NEAR(share, 1, 1e-9);
   EXPECT_NEAR(last["eta_seconds"].get<double>(), 0, 1e-6);
 }
