@@ -34,11 +34,13 @@ class Terms {
       s.terms.resize((near.size() + kLanes) * kFields);
     }
     std::uint32_t* index = s.index.data();
+    std::size_t n = 0;  // not the member, which every store could be to
     for (const std::uint32_t i : near) {
       const double dx = terrain[i].x_mm - x_mm, dy = terrain[i].y_mm - y_mm;
-      index[size_] = i;
-      size_ += dx * dx + dy * dy < reach_mm2;
+      index[n] = i;
+      n += dx * dx + dy * dy < reach_mm2;
     }
+    size_ = n;
     stride_ = (size_ + kLanes - 1) / kLanes * kLanes;
     values_ = s.terms.data();
     for (std::size_t i = 0; i < size_; ++i) set(i, terrain[index[i]]);
