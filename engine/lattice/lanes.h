@@ -1,6 +1,6 @@
-// Four doubles side by side, for loops that work on four nodes at once, a lane each. A lane does what a scalar would, so
-// the bits are the same on every CPU. They often hold integers, which add up exactly in any order. Use inside BTMS_WIDE
-// functions only.
+// Four doubles side by side, for loops that work on four nodes at once, a lane each. A lane does what a scalar would,
+// so the bits are the same on every CPU. They often hold integers, which add up exactly in any order. Use inside
+// BTMS_WIDE functions only.
 #pragma once
 
 #include <cmath>
@@ -58,10 +58,12 @@ BTMS_INLINE Lanes clamp_lanes(const Lanes& v, double limit) {
 inline constexpr double kIntegerMagic = 6755399441055744.0;  // 1.5 2^52
 inline constexpr std::int64_t kBelowMagic = std::int64_t{1} << 51;
 
-// Largest integer <= v. Precondition: |v| < 2^51.
+// Largest integer <= v.
 BTMS_INLINE Lanes floor_lanes(const Lanes& v) {
-  const Lanes nearest = (v + kIntegerMagic) - kIntegerMagic;
-  return nearest > v ? nearest - 1.0 : nearest;
+  double a[kLanes];
+  store_lanes(a, v);
+  for (double& x : a) x = std::floor(x);
+  return load_lanes(a);
 }
 
 // Integers are summed in lanes of either kind: both add exactly, LongLanes hold ten more bits and take ten times as

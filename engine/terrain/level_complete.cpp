@@ -31,42 +31,29 @@ struct Receivers {
   Lanes x3{}, y3{}, datum{};
 };
 
-// Finds the neighbours within the radius of any lane; nobody can foretell which, and what follows has no branches.
-BTMS_INLINE std::size_t find_within(std::span<const LevelNeighbourhood::Neighbour> nodes, const Receivers& to,
-                                    const Lanes& radius9, LevelTerms* terms) {
-  std::size_t n = 0;
-  for (const LevelNeighbourhood::Neighbour& from : nodes) {
-    const Lanes dx3 = from.x3 - to.x3, dy3 = from.y3 - to.y3;
-    terms[n].from = &from;
-    n += any_lane(dx3 * dx3 + dy3 * dy3 < radius9);
-  }
-  return n;
-}
+// Sums of k and of k z.
+struct TermSums {
+  LongLanes k{}, kz{};
+};
 
-// Fills in what they say. Returns the sum of k.
-BTMS_INLINE LongLanes weigh(std::span<LevelTerms> terms, const Receivers& to, const Lanes& radius, const Lanes& radius9,
-                            double tilt) {
-  LongLanes sum{};
-  for (LevelTerms& term : terms) {
-    const LevelNeighbourhood::Neighbour& from = *term.from;
+// Works out what neighbours say, and sums it. Heights from the datum are at most rise_mm, before leaning.
+BTMS_INLINE TermSums weigh(const LevelNeighbourhood& near, std::span<const std::uint32_t> found, const Receivers& to,
+                           const Lanes& radius, double tilt, std::int64_t rise_mm, LevelTerms* terms) {
+  const Lanes radius9 = 9.0 * radius * radius;
+  TermSums sum;
+  for (const std::uint32_t i : found) {
+    const LevelNeighbourhood::Neighbour& from = near.node(i);
     const Lanes dx3 = from.x3 - to.x3, dy3 = from.y3 - to.y3, d9 = dx3 * dx3 + dy3 * dy3;
     const Lanes kernel = floor_lanes(kernel_polynomial(sqrt_lanes(d9) / 3.0 / radius) * kKernelUnit + 0.5);
     const Lanes k = d9 < radius9 ? floor_lanes(kernel * from.weight * (1 / kWeightUnit)) : Lanes{};
     // Its height, and a share of what its plane says of this place.
     const Lanes lean = -(from.slope_x / kSlopeUnit * dx3 + from.slope_y / kSlopeUnit * dy3) / 3.0;
-    store_lanes(term.k, k);
-    store_lanes(term.z, from.z_mm - to.datum + floor_lanes(tilt * lean + 0.5));
-    sum += small_integers(k);
-  }
-  return sum;
-}
-
-// Of k z. Heights from the datum are at most rise_mm, before leaning.
-BTMS_INLINE LongLanes weighted_sum(std::span<const LevelTerms> terms, std::int64_t rise_mm) {
-  LongLanes sum{};
-  for (const LevelTerms& t : terms) {
-    const Lanes k = load_lanes(t.k), z = load_lanes(t.z);
-    sum += rise_mm < kExactRise_mm ? small_integers(k * z) : small_integers(k) * small_integers(z);
+    const Lanes z = from.z_mm - to.datum + floor_lanes(tilt * lean + 0.5);
+    store_lanes(terms->k, k);
+    store_lanes(terms->z, z);
+    ++terms;
+    sum.k += small_integers(k);
+    sum.kz += rise_mm < kExactRise_mm ? small_integers(k * z) : small_integers(k) * small_integers(z);
   }
   return sum;
 }
@@ -87,22 +74,65 @@ BTMS_INLINE Lanes spread(std::span<const LevelTerms> terms, const Lanes& mean) {
 }  // namespace
 
 void LevelNeighbourhood::clear() {
-  size_ = 0;
+  size_ = chosen_ = 0;
   lowest_mm_ = INT32_MAX;
   highest_mm_ = INT32_MIN;
 }
 
-void LevelNeighbourhood::add(const LevelNode* cell, std::int32_t x_mm, std::int32_t y_mm) {
-  if (nodes_.size() < size_ + kTriangles) nodes_.resize(2 * size_ + kTriangles);
+LevelNeighbourhood::Square LevelNeighbourhood::add(const LevelNode* cell, std::int32_t x_mm, std::int32_t y_mm) {
+  if (nodes_.size() < size_ + kTriangles) {
+    nodes_.resize(2 * size_ + kTriangles);
+    x3_.resize(nodes_.size() + kTriangles);  // choose() reads four
+    y3_.resize(nodes_.size() + kTriangles);
+  }
+  const std::size_t first = size_;
   for (int t = 0; t < kTriangles; ++t) {
     const LevelNode& node = cell[t];
     if (!node.has_plane()) continue;
-    nodes_[size_++] = {3.0 * (x_mm + node.mean_x_mm),       3.0 * (y_mm + node.mean_y_mm),
-                       static_cast<double>(node.mean_z_mm), static_cast<double>(node.slope_x),
-                       static_cast<double>(node.slope_y),   static_cast<double>(node.weight)};
+    const Neighbour n{3.0 * (x_mm + node.mean_x_mm),       3.0 * (y_mm + node.mean_y_mm),
+                      static_cast<double>(node.mean_z_mm), static_cast<double>(node.slope_x),
+                      static_cast<double>(node.slope_y),   static_cast<double>(node.weight)};
+    nodes_[size_] = n;
+    x3_[size_] = static_cast<float>(n.x3);
+    y3_[size_++] = static_cast<float>(n.y3);
     lowest_mm_ = std::min(lowest_mm_, node.mean_z_mm);
     highest_mm_ = std::max(highest_mm_, node.mean_z_mm);
   }
+  return {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(size_ - first)};
+}
+
+void LevelNeighbourhood::choose(const Square& square) {
+  if (index_.size() < chosen_ + kBlock) {
+    index_.resize(2 * chosen_ + kBlock);
+    chosen_x3_.resize(index_.size() + kBlock);
+    chosen_y3_.resize(index_.size() + kBlock);
+  }
+  // Always four: faster than to count.
+  std::copy_n(&x3_[square.first], kTriangles, &chosen_x3_[chosen_]);
+  std::copy_n(&y3_[square.first], kTriangles, &chosen_y3_[chosen_]);
+  for (std::uint32_t k = 0; k < kTriangles; ++k) index_[chosen_ + k] = square.first + k;
+  chosen_ += square.count;
+}
+
+BTMS_WIDE std::size_t LevelNeighbourhood::find(double x3, double y3, double reach3, std::uint32_t* found) const {
+  constexpr double kRounding = 1.001;  // of floats
+  const auto x = static_cast<float>(x3), y = static_cast<float>(y3);
+  const auto squared = static_cast<float>(reach3 * reach3 * kRounding * kRounding);
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < chosen_; i += kBlock) {
+    std::array<std::uint32_t, kBlock> is_near;
+    for (std::size_t k = 0; k < kBlock; ++k) {
+      const float dx = chosen_x3_[i + k] - x, dy = chosen_y3_[i + k] - y;
+      is_near[k] = dx * dx + dy * dy < squared ? 1 : 0;
+    }
+    // Nobody can foretell which: no branch.
+    const std::size_t end = std::min(kBlock, chosen_ - i);
+    for (std::size_t k = 0; k < end; ++k) {
+      found[n] = index_[i + k];
+      n += is_near[k];
+    }
+  }
+  return n;
 }
 
 void take_prior(LevelNode& node, std::uint8_t t, const PriorPlane& prior, const LevelRules& rules) {
@@ -115,7 +145,7 @@ void take_prior(LevelNode& node, std::uint8_t t, const PriorPlane& prior, const 
 BTMS_WIDE void complete_level_square(LevelNode* nodes, const std::array<bool, kTriangles>& wanted,
                                      std::int32_t centre_x_mm, std::int32_t centre_y_mm, const LevelNeighbourhood& near,
                                      const SquarePriors& priors, const LevelRules& rules,
-                                     std::vector<LevelTerms>& terms) {
+                                     LevelCompletionScratch& scratch) {
   const LevelParameters& q = rules.p();
   Receivers to;
   std::array<double, kTriangles> p{};
@@ -131,24 +161,31 @@ BTMS_WIDE void complete_level_square(LevelNode* nodes, const std::array<bool, kT
     wants[t] = wanted[t] ? -1 : 0;
   }
   // One more: the place after the last found is written too.
-  if (terms.size() <= near.nodes().size()) terms.resize(near.nodes().size() + 1);
+  if (scratch.terms.size() <= near.chosen()) {
+    scratch.terms.resize(near.chosen() + 1);
+    scratch.found.resize(near.chosen() + 1);
+  }
+  const std::int64_t rise_mm = std::max(near.highest_mm() - static_cast<std::int64_t>(lowest_datum),
+                                        static_cast<std::int64_t>(highest_datum) - near.lowest_mm());
 
   // On the first level the radius may double twice.
   const double enough = rules.first() ? 1e-3 * kKernelUnit : 0;
-  Lanes radius = Lanes{} + round_half_up(q.level_kernel_radius * rules.r_mm());
-  LongLanes sum{};
-  std::span<LevelTerms> used;
+  double largest = round_half_up(q.level_kernel_radius * rules.r_mm());
+  Lanes radius = Lanes{} + largest;
+  TermSums sums;
+  std::size_t n = 0;
   for (int doublings = rules.first() ? 2 : 0;; --doublings) {
-    const Lanes radius9 = 9.0 * radius * radius;
-    used = {terms.data(), find_within(near.nodes(), to, radius9, terms.data())};
-    sum = weigh(used, to, radius, radius9, rules.first() ? q.first_tilt : q.tilt);
-    const LongLanes few = wants & (mostly_small_lanes(sum) <= enough);
+    // Centroids are r / 3 from the centre.
+    n = near.find(3.0 * centre_x_mm, 3.0 * centre_y_mm, 3 * largest + rules.r_mm(), scratch.found.data());
+    sums = weigh(near, {scratch.found.data(), n}, to, radius, rules.first() ? q.first_tilt : q.tilt, rise_mm,
+                 scratch.terms.data());
+    const LongLanes few = wants & (mostly_small_lanes(sums.k) <= enough);
     if (doublings == 0 || !any_lane(few)) break;
     radius = few ? 2.0 * radius : radius;
+    largest *= 2;
   }
-  const LongLanes weighted = weighted_sum(used, std::max(near.highest_mm() - static_cast<std::int64_t>(lowest_datum),
-                                                         static_cast<std::int64_t>(highest_datum) - near.lowest_mm()));
-  const Lanes s = mostly_small_lanes(sum), z = mostly_small_lanes(weighted);
+  const std::span<const LevelTerms> used{scratch.terms.data(), n};
+  const Lanes s = mostly_small_lanes(sums.k), z = mostly_small_lanes(sums.kz);
   const Lanes shrunk = z / (s + (rules.first() ? 0.0 : q.shrink * kKernelUnit)), sd = spread(used, z / s);
   const Lanes support = s / kKernelUnit;
   const Lanes weight = (q.completed_weight * support / (support + 1.0) + q.least_weight) * kWeightUnit;
@@ -156,7 +193,7 @@ BTMS_WIDE void complete_level_square(LevelNode* nodes, const std::array<bool, kT
   for (std::uint8_t t = 0; t < kTriangles; ++t) {
     if (!wanted[t]) continue;
     LevelNode& node = nodes[t];
-    if (sum[t] == 0) {
+    if (sums.k[t] == 0) {
       if (rules.first())
         node.level_class = LevelClass::kOutside;
       else

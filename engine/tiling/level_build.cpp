@@ -114,8 +114,9 @@ bool has_plane(const LevelNode* cell) {
 
 struct CompleteScratch {
   LevelNeighbourhood near;
+  std::vector<LevelNeighbourhood::Square> planes;  // of the squares of a tile
   std::vector<Cell> squares;
-  std::vector<LevelTerms> terms;
+  LevelCompletionScratch square;
 };
 
 // Step 7: fills `completed` (interior and one ring) from `nodes`.
@@ -159,17 +160,23 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
               take_prior(node, t, priors[t], rules);
           }
         });
+        // Every plane serves many squares.
+        s.near.clear();
+        s.planes.resize(static_cast<std::size_t>(held.cells()));
+        for_each_cell(held, [&](Cell c) {
+          if (walk.wanted(c)) s.planes[square_of(held, c)] = s.near.add(from.cell(c), centre_x(c.col), centre_y(c.row));
+        });
         walk.walk(
             s.squares,
             [&](const std::vector<Cell>& squares) {
-              s.near.clear();
-              for (const Cell& c : squares) s.near.add(from.cell(c), centre_x(c.col), centre_y(c.row));
+              s.near.choose_none();
+              for (const Cell& c : squares) s.near.choose(s.planes[square_of(held, c)]);
             },
             [&](Cell c) {
               std::array<bool, kTriangles> wanted;
               std::transform(from.cell(c), from.cell(c) + kTriangles, wanted.begin(), wants);
               complete_level_square(to.cell(c), wanted, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, c), rules,
-                                    s.terms);
+                                    s.square);
             });
       });
 }

@@ -77,6 +77,8 @@ class NeedyWalk {
   }
 
   bool needy(Cell c) const { return needy_.at(c.col, c.row) != 0; }
+  // May be among the squares of a group. Precondition: some square is needy.
+  bool wanted(Cell c) const { return wanted_.at(c.col, c.row) != 0; }
 
   // group(squares that can give a prediction), then each(cell) for every needy square of the group.
   template <class Group, class Each>

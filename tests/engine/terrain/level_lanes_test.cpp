@@ -130,7 +130,7 @@ LevelNode complete_slowly(LevelNode node, std::uint8_t t, const std::vector<Leve
 TEST(LevelCompletion, IsThatOfOneNodeInIntegers) {
   Random random(4);
   LevelNeighbourhood near;
-  std::vector<LevelTerms> terms;
+  LevelCompletionScratch scratch;
   int prior_taken = 0, outside = 0;
   for (int trial = 0; trial < 400; ++trial) {
     const LevelRules& rules = trial % 2 ? kFirst : kLast;
@@ -142,7 +142,7 @@ TEST(LevelCompletion, IsThatOfOneNodeInIntegers) {
       const Cell c{static_cast<std::int32_t>(random.between(-reach, reach)),
                    static_cast<std::int32_t>(random.between(-reach, reach))};
       const auto square = random_row(random, 1, rules.r_mm(), relief);
-      near.add(square.data(), c.col * rules.r_mm(), c.row * rules.r_mm());
+      near.choose(near.add(square.data(), c.col * rules.r_mm(), c.row * rules.r_mm()));
       nodes.insert(nodes.end(), square.begin(), square.end());
       places.push_back(c);
     }
@@ -157,7 +157,7 @@ TEST(LevelCompletion, IsThatOfOneNodeInIntegers) {
       prior_taken += wanted[t] && expected[t].source == 1;
       outside += wanted[t] && rules.first() && expected[t].level_class == LevelClass::kOutside;
     }
-    complete_level_square(found.data(), wanted, 0, 0, near, priors, rules, terms);
+    complete_level_square(found.data(), wanted, 0, 0, near, priors, rules, scratch);
     for (std::uint8_t t = 0; t < kTriangles; ++t)
       ASSERT_EQ(std::memcmp(&found[t], &expected[t], sizeof(LevelNode)), 0) << trial << " " << int{t};
   }
