@@ -14,7 +14,8 @@ constexpr double kMaxSpread_mm = 1 << 14;
 constexpr double kCoarser = 1 << 12;             // kernel values in squared spreads have 12 bits
 constexpr std::int64_t kExactRise_mm = 1 << 26;  // times a kernel value, and leaning: below 2^51
 
-void place_at_centroid(LevelNode& node, std::uint8_t t, double z, const PriorPlane& prior, const LevelRules& rules) {
+BTMS_INLINE void place_at_centroid(LevelNode& node, std::uint8_t t, double z, const PriorPlane& prior,
+                                   const LevelRules& rules) {
   node.mean_x_mm = rules.centroid(t).rounded_x_mm;
   node.mean_y_mm = rules.centroid(t).rounded_y_mm;
   node.mean_z_mm = height_mm(z);
@@ -39,12 +40,12 @@ struct TermSums {
 // Works out what neighbours say, and sums it. Heights from the datum are at most rise_mm, before leaning.
 BTMS_INLINE TermSums weigh(const LevelNeighbourhood& near, std::span<const std::uint32_t> found, const Receivers& to,
                            const Lanes& radius, double tilt, std::int64_t rise_mm, LevelTerms* terms) {
-  const Lanes radius9 = 9.0 * radius * radius;
+  const Lanes radius3 = 3.0 * radius, radius9 = radius3 * radius3;
   TermSums sum;
   for (const std::uint32_t i : found) {
     const LevelNeighbourhood::Neighbour& from = near.node(i);
     const Lanes dx3 = from.x3 - to.x3, dy3 = from.y3 - to.y3, d9 = dx3 * dx3 + dy3 * dy3;
-    const Lanes kernel = floor_lanes(kernel_polynomial(sqrt_lanes(d9) / 3.0 / radius) * kKernelUnit + 0.5);
+    const Lanes kernel = floor_lanes(kernel_polynomial(sqrt_lanes(d9) / radius3) * kKernelUnit + 0.5);
     const Lanes k = d9 < radius9 ? floor_lanes(kernel * from.weight * (1 / kWeightUnit)) : Lanes{};
     // Its height, and a share of what its plane says of this place.
     const Lanes lean = -(from.slope_x / kSlopeUnit * dx3 + from.slope_y / kSlopeUnit * dy3) / 3.0;

@@ -90,7 +90,7 @@ LevelNode complete_slowly(LevelNode node, std::uint8_t t, const std::vector<Leve
       const std::int64_t dy3 = 3 * (std::int64_t{c.row} * r + near[i].mean_y_mm) - centroid_y3(t, r);
       const std::int64_t d9 = dx3 * dx3 + dy3 * dy3;
       if (static_cast<double>(d9) >= 9 * radius * radius) continue;
-      const std::int64_t k = (kernel(std::sqrt(static_cast<double>(d9)) / 3 / radius) * near[i].weight) >> 16;
+      const std::int64_t k = (kernel(std::sqrt(static_cast<double>(d9)) / (3 * radius)) * near[i].weight) >> 16;
       const double lean = -(near[i].slope_x / kSlopeUnit * static_cast<double>(dx3) +
                             near[i].slope_y / kSlopeUnit * static_cast<double>(dy3)) /
                           3;
