@@ -37,7 +37,7 @@ void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double 
       s.begin.push_back(static_cast<std::uint32_t>(s.terrain.size()));
     }
 
-  NeedyWalk walk(nodes, rules.halo(), reach_cells, by_lattice, has_terrain, [&](const Node* cell) {
+  NeedyWalk walk(nodes, rules.halo(), reach_cells, by_lattice, 2, has_terrain, [&](const Node* cell) {
     const auto square = static_cast<std::size_t>(cell - nodes.values().data()) / kTriangles;
     return (asked.empty() || asked[square]) && needs_prediction(cell);
   });

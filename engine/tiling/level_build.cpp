@@ -112,6 +112,8 @@ bool has_plane(const LevelNode* cell) {
   return std::any_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.has_plane(); });
 }
 
+constexpr std::int32_t kGroup = 4;  // squares each way that are completed from the same choice
+
 struct CompleteScratch {
   LevelNeighbourhood near;
   std::vector<LevelNeighbourhood::Square> planes;  // of the squares of a tile
@@ -139,8 +141,8 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
         const auto centre_x = [&](std::int32_t col) { return (col - held.col0) * r + r / 2; };
         const auto centre_y = [&](std::int32_t row) { return (row - held.row0) * r + r / 2; };
         const std::int32_t rings = rules.completion_halo();
-        NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, has_plane,
-                       [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
+        NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, kGroup,
+                       has_plane, [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
         // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
         for_each_cell(tiles[i].box, [&](Cell c) {
           const LevelNode* cell = from.cell(c);

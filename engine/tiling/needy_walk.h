@@ -51,15 +51,16 @@ struct SquareMask {
   }
 };
 
-// Walks the interior squares that need a prediction, in groups of 2 x 2, and for each group the squares that can give
+// Walks the interior squares that need a prediction, in groups of a few, and for each group the squares that can give
 // one.
 class NeedyWalk {
  public:
-  // `terrain(cell)` and `needs(cell)` look at the four nodes of a square of a TileField.
+  // `terrain(cell)` and `needs(cell)` look at the four nodes of a square of a TileField; `group` squares each way are a
+  // group.
   template <class Field, class Terrain, class Needs>
-  NeedyWalk(const Field& nodes, std::int32_t rings, double reach_cells, bool by_lattice, const Terrain& terrain,
-            const Needs& needs)
-      : box_(nodes.interior()), needy_(nodes.held()), wanted_(nodes.held()) {
+  NeedyWalk(const Field& nodes, std::int32_t rings, double reach_cells, bool by_lattice, std::int32_t group,
+            const Terrain& terrain, const Needs& needs)
+      : box_(nodes.interior()), group_(group), needy_(nodes.held()), wanted_(nodes.held()) {
     const CellBox& held = nodes.held();
     SquareMask source(held);
     for (std::int32_t row = held.row0; row < held.row1; ++row)
@@ -73,7 +74,8 @@ class NeedyWalk {
     // The index holds only terrain that a needy square can use.
     wanted_ = needy_.dilated(rings);
     for (std::size_t k = 0; k < wanted_.flags.size(); ++k) wanted_.flags[k] &= source.flags[k];
-    index_ = by_lattice ? lattice_index(held, wanted_.flags, rings) : nanoflann_index(held, wanted_.flags, reach_cells);
+    index_ = by_lattice ? lattice_index(held, wanted_.flags, rings, group)
+                        : nanoflann_index(held, wanted_.flags, reach_cells, group);
   }
 
   bool needy(Cell c) const { return needy_.at(c.col, c.row) != 0; }
@@ -84,9 +86,9 @@ class NeedyWalk {
   template <class Group, class Each>
   void walk(std::vector<Cell>& squares, const Group& group, const Each& each) {
     if (!index_) return;
-    for (std::int32_t row = box_.row0; row < box_.row1; row += 2)
-      for (std::int32_t col = box_.col0; col < box_.col1; col += 2) {
-        const CellBox here = CellBox{col, row, col + 2, row + 2}.intersect(box_);
+    for (std::int32_t row = box_.row0; row < box_.row1; row += group_)
+      for (std::int32_t col = box_.col0; col < box_.col1; col += group_) {
+        const CellBox here = CellBox{col, row, col + group_, row + group_}.intersect(box_);
         bool any = false;
         for (std::int32_t y = here.row0; y < here.row1; ++y)
           for (std::int32_t x = here.col0; x < here.col1; ++x) any |= needy({x, y});
@@ -101,6 +103,7 @@ class NeedyWalk {
 
  private:
   CellBox box_;
+  std::int32_t group_;
   SquareMask needy_, wanted_;
   std::unique_ptr<NeighbourIndex> index_;
 };
