@@ -130,27 +130,25 @@ void for_each_neighbour(const Sheet& sheet, const Fn& fn) {
 // Joins the sheets of a tile; writes their components.
 void link_tile(SparseField<Sheet>& field, const LevelRules& rules, TileLinks& out) {
   const std::span<Sheet> sheets = field.values();
-  const auto inside = [&](NodeKey key) { return field.interior().contains(node_of_key(key).cell); };
-  Components components(sheets.size());
-  for (std::uint32_t i = 0; i < sheets.size(); ++i) {
+  const std::size_t inside = field.inside().size();
+  Components components(inside);
+  for (std::uint32_t i = 0; i < inside; ++i) {
     const Sheet& a = sheets[i];
-    if (!inside(a.node)) continue;
     for_each_neighbour(a, [&](const NodeOffset& o, NodeId n) {
       const std::uint32_t end = field.end(n);
       // Every inner edge once: with the sheet further ahead.
-      if (end == 0 || (field.interior().contains(n.cell) && end <= i)) return;
+      if (end <= i) return;
       for (std::uint32_t j = field.begin(n); j < end; ++j) {
         if (!compare(a.sheet.plane, sheets[j].sheet.plane, o.col * rules.r_mm(), o.row * rules.r_mm(), rules).linked)
           continue;
-        if (field.interior().contains(n.cell))
+        if (j < inside)
           components.unite(i, j);
         else
           out.links.emplace_back(i, j);
       }
     });
   }
-  for (std::uint32_t i = 0; i < sheets.size(); ++i) {
-    if (!inside(sheets[i].node)) continue;
+  for (std::uint32_t i = 0; i < inside; ++i) {
     const std::uint32_t root = components.find(i);  // the smallest member
     sheets[i].component = {sheets[root].node, sheets[root].ordinal};
     if (root == i) out.components.push_back({sheets[i].component});
@@ -221,9 +219,8 @@ void above_pass(const PassContext& context, const OrderedPoints& points, Finishe
 
   context.for_each_tile("upper", {reads(sheets), writes(tiles)}, [&](std::size_t i, int) {
     TerrainTile& tile = tiles[i];
-    for (const Sheet& s : std::as_const(sheets[i]).values()) {
+    for (const Sheet& s : std::as_const(sheets[i]).inside()) {
       const NodeId id = node_of_key(s.node);
-      if (!sheets[i].interior().contains(id.cell)) continue;
       const SheetSums& whole = total[merged.root(s.component)];
       if (whole.clear < static_cast<std::uint64_t>(rules.p().upper_nodes)) continue;
       const LevelNode& plane = s.sheet.plane;

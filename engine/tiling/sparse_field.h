@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/tiling/executor.h"
@@ -23,29 +24,53 @@ class SparseField {
   const CellBox& interior() const { return interior_; }
   const CellBox& held() const { return held_; }
 
-  // Sorts what is given; interior and halo.
+  // Sorts what the interior has; the halo has nothing.
   void assign(const std::vector<T>& values) {
-    begin_.assign(static_cast<std::size_t>(held_.cells()) * kTriangles + 2, 0);
-    for (const T& v : values) ++begin_[node_index(node_of_key(v.node)) + 2];
-    for (std::size_t k = 2; k < begin_.size(); ++k) begin_[k] += begin_[k - 1];
+    const std::size_t nodes = static_cast<std::size_t>(held_.cells()) * kTriangles;
+    end_.assign(nodes, 0);
+    for (const T& v : values) ++end_[node_index(node_of_key(v.node))];
+    begin_.resize(nodes);
+    std::uint32_t sum = 0;
+    for (std::size_t k = 0; k < nodes; ++k) {
+      begin_[k] = sum;
+      sum += std::exchange(end_[k], sum);
+    }
     values_.resize(values.size());
-    for (const T& v : values) values_[begin_[node_index(node_of_key(v.node)) + 1]++] = v;
-    begin_.pop_back();
+    for (const T& v : values) values_[end_[node_index(node_of_key(v.node))]++] = v;
+    inside_ = values.size();
     // What a node has comes from one place, mostly in order.
-    for (std::size_t k = 0; k + 1 < values_.size(); ++k)
-      if (values_[k + 1] < values_[k]) return std::sort(values_.begin(), values_.end());
+    if (!std::is_sorted(values_.begin(), values_.end())) std::sort(values_.begin(), values_.end());
+  }
+  // Replaces what the halo has.
+  void assign_halo(std::vector<T>& values) {
+    for (const T& v : std::span(values_).subspan(inside_)) {
+      const std::size_t k = node_index(node_of_key(v.node));
+      begin_[k] = end_[k] = 0;
+    }
+    std::sort(values.begin(), values.end());
+    values_.resize(inside_);
+    values_.insert(values_.end(), values.begin(), values.end());
+    for (std::size_t i = inside_; i < values_.size(); ++i) {
+      const std::size_t k = node_index(node_of_key(values_[i].node));
+      if (i == inside_ || values_[i].node != values_[i - 1].node) begin_[k] = static_cast<std::uint32_t>(i);
+      end_[k] = static_cast<std::uint32_t>(i + 1);
+    }
   }
 
   template <class Fn>
   void for_each_buffer(const Fn& fn) {
-    fn(values_), fn(begin_);
+    fn(values_), fn(begin_), fn(end_);
   }
+  // Those of the interior in ascending order, then those of the halo.
   std::span<T> values() { return values_; }
   std::span<const T> values() const { return values_; }
+  std::span<T> inside() { return std::span(values_).first(inside_); }
+  std::span<const T> inside() const { return std::span(values_).first(inside_); }
   // Positions in values() of those of a node, [begin, end). Precondition: held() contains its cell.
   std::uint32_t begin(NodeId n) const { return begin_[node_index(n)]; }
-  std::uint32_t end(NodeId n) const { return begin_[node_index(n) + 1]; }
+  std::uint32_t end(NodeId n) const { return end_[node_index(n)]; }
 
+  // Precondition: the interior contains the box.
   void append(const CellBox& box, std::vector<T>& out) const {
     for (std::int32_t row = box.row0; row < box.row1; ++row)
       out.insert(out.end(), values_.begin() + begin({{box.col0, row}, 0}),
@@ -62,7 +87,8 @@ class SparseField {
 
   CellBox interior_, held_;
   std::vector<T> values_;
-  std::vector<std::uint32_t> begin_;  // per node of held(), and one more
+  std::size_t inside_ = 0;
+  std::vector<std::uint32_t> begin_, end_;  // per node of held()
 };
 
 template <class T>
@@ -80,7 +106,7 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
     if (!mine(i)) return;
     const auto to = filled.edit(i);
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& part) {
-      if (mine(j)) fields.view(j)->append(part, *to);
+      if (j != i && mine(j)) fields.view(j)->append(part, *to);
     });
   });
   if (ranks.size() > 1) {
@@ -112,7 +138,7 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
   }
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
     if (!mine(i)) return;
-    fields.edit(i)->assign(*filled.view(i));
+    fields.edit(i)->assign_halo(*filled.edit(i));
     filled.drop(i);
   });
 }
