@@ -211,6 +211,7 @@ void above_pass(const PassContext& context, const OrderedPoints& points, Finishe
     sort_unique(links[i]);
     sums[i] = sums_of(sheets[i], tiles[i], rules);
   });
+  const Pager::Claim claim(context.pager, judging_bytes(components, links, sums));
   const MergedComponents<SheetId> merged(gather_all(context.ranks, components), gather_all(context.ranks, links));
   std::vector<SheetSums> total(merged.size());
   for (const SheetSums& s : gather_all(context.ranks, sums)) {

@@ -339,6 +339,7 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
     tile_links[i] = {};
   });
 
+  const Pager::Claim claim(context.pager, judging_bytes(components, tile_pairs, tile_edges));
   const Verdicts verdicts(gather_all(context.ranks, components), gather_all(context.ranks, tile_pairs),
                           gather_all(context.ranks, tile_edges), rules);
   context.for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {

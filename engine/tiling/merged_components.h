@@ -25,12 +25,29 @@ void sort_unique(std::vector<ComponentLink<Id>>& links) {
   links.erase(std::unique(links.begin(), links.end()), links.end());
 }
 
-// What all tiles of all ranks have, in one list.
+// What judging these lists takes: themselves, gathered, and the sums that are made of them.
+template <class... T>
+std::uint64_t judging_bytes(const std::vector<std::vector<T>>&... by_tile) {
+  std::uint64_t bytes = 0;
+  const auto add = [&](const auto& lists) {
+    for (const auto& list : lists) bytes += list.size() * sizeof(list[0]);
+  };
+  (add(by_tile), ...);
+  return 3 * bytes;
+}
+
+// What all tiles of all ranks have, in one list. Takes the lists of the tiles: there may be much in them.
 template <class T>
-std::vector<T> gather_all(Ranks& ranks, const std::vector<std::vector<T>>& by_tile) {
+std::vector<T> gather_all(Ranks& ranks, std::vector<std::vector<T>>& by_tile) {
+  std::size_t all = 0;
+  for (const std::vector<T>& list : by_tile) all += list.size();
   std::vector<T> mine;
-  for (const std::vector<T>& list : by_tile) mine.insert(mine.end(), list.begin(), list.end());
-  return ranks.gather(mine);
+  mine.reserve(all);
+  for (std::vector<T>& list : by_tile) {
+    mine.insert(mine.end(), list.begin(), list.end());
+    list = {};
+  }
+  return ranks.size() == 1 ? mine : ranks.gather(mine);
 }
 
 template <class Id>
