@@ -8,6 +8,7 @@
 
 #include "engine/terrain/components.h"
 #include "engine/tiling/executor.h"
+#include "engine/tiling/paged.h"
 
 namespace btms {
 
@@ -25,29 +26,28 @@ void sort_unique(std::vector<ComponentLink<Id>>& links) {
   links.erase(std::unique(links.begin(), links.end()), links.end());
 }
 
-// What judging these lists takes: themselves, gathered, and the sums that are made of them.
-template <class... T>
-std::uint64_t judging_bytes(const std::vector<std::vector<T>>&... by_tile) {
-  std::uint64_t bytes = 0;
-  const auto add = [&](const auto& lists) {
-    for (const auto& list : lists) bytes += list.size() * sizeof(list[0]);
-  };
-  (add(by_tile), ...);
-  return 3 * bytes;
-}
-
-// What all tiles of all ranks have, in one list. Takes the lists of the tiles: there may be much in them.
-template <class T>
-std::vector<T> gather_all(Ranks& ranks, std::vector<std::vector<T>>& by_tile) {
-  std::size_t all = 0;
-  for (const std::vector<T>& list : by_tile) all += list.size();
+// What all tiles of all ranks have in one of their lists. Takes the lists: there may be much in them.
+template <class Lists, class T>
+std::vector<T> gather_all(Ranks& ranks, Paged<Lists>& by_tile, std::vector<T> Lists::*list) {
   std::vector<T> mine;
-  mine.reserve(all);
-  for (std::vector<T>& list : by_tile) {
-    mine.insert(mine.end(), list.begin(), list.end());
-    list = {};
+  for (std::size_t i = 0; i < by_tile.size(); ++i) {
+    const auto of_tile = by_tile.edit(i);
+    std::vector<T>& part = (*of_tile).*list;
+    mine.insert(mine.end(), part.begin(), part.end());
+    std::vector<T>().swap(part);
   }
   return ranks.size() == 1 ? mine : ranks.gather(mine);
+}
+
+// What all tiles of this rank have in these lists.
+template <class Lists, class... T>
+std::uint64_t bytes_in(Paged<Lists>& by_tile, std::vector<T> Lists::*... list) {
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < by_tile.size(); ++i) {
+    const auto of_tile = by_tile.view(i);
+    ((bytes += ((*of_tile).*list).size() * sizeof(T)), ...);
+  }
+  return bytes;
 }
 
 template <class Id>
