@@ -10,6 +10,7 @@
 // halo.
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <tuple>
 
 #include "bench/bench_city.h"
@@ -21,33 +22,45 @@ namespace {
 
 constexpr int kResolution_m = 4;
 
-std::vector<BinId> ids_of(const PointBins& bins) {
-  std::vector<BinId> ids;
-  for (const PointBins::Bin& bin : bins.bins()) ids.push_back(bin.id);
-  return ids;
+Pager& pager() {
+  static Pager everything_in_memory(kUnlimited_bytes, {});
+  return everything_in_memory;
+}
+
+template <class T>
+Paged<T> copy_of(const Paged<T>& from) {
+  Paged<T> copy(pager(), from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) *copy.edit(i) = *from.view(i);
+  return copy;
 }
 
 PointBins partition(const BinGrid& grid, const Threads& threads) {
   const std::array<const PointSource*, 1> sources{city().points.get()};
   Progress progress;
-  return PointBins::read(sources, grid, threads, *single_rank(), progress);
+  return PointBins::read(sources, grid, threads, *single_rank(), pager(), progress);
+}
+
+std::vector<BinId> ids_of(const PointBins& bins) {
+  std::vector<BinId> ids;
+  for (std::size_t k = 0; k < bins.size(); ++k) ids.push_back(bins.id(k));
+  return ids;
 }
 
 // Results of every pass, from one thread and the lattice scan.
 struct Stages {
   BuildOptions options = city_options(kResolution_m);
   BinGrid grid{Lattice(resolution_mm(options.parameters))};
-  PointBins bins = partition(grid, *serial_threads());
   std::int32_t reach = complete_halo(options.parameters);
-  TileTable table{ids_of(bins), grid, *options.tile_cells, reach, options.max_nodes, 1};
+  TileTable table{ids_of(partition(grid, *serial_threads())), grid, *options.tile_cells, reach, options.max_nodes, 1};
   NodeFields modelled, linked, completed;
-  std::vector<TerrainTile> finished, layered;
+  FinishedTiles finished, layered;
   ComponentCounts components;
   std::uint64_t node_bytes = 0;
 
   NodeFields empty_fields() const {
-    NodeFields nodes;
-    for (const Tile& tile : table.tiles()) nodes.emplace_back(tile.box, std::max({kLinkHalo, reach, kFitHalo}));
+    NodeFields nodes(pager(), table.tiles().size());
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      *nodes.edit(i) = TileField<Node>(table.tiles()[i].box, std::max({kLinkHalo, reach, kFitHalo}));
     return nodes;
   }
 };
@@ -57,7 +70,7 @@ class Runner {
  public:
   Runner(const Stages& stages, std::unique_ptr<Threads> threads) : stages_(stages), threads_(std::move(threads)) {}
 
-  void model(NodeFields& nodes) { model_pass(context_, stages_.bins, stages_.grid, nodes); }
+  void model(PointBins&& bins, NodeFields& nodes) { model_pass(context_, std::move(bins), stages_.grid, nodes); }
   ComponentCounts link(NodeFields& nodes) {
     exchange(nodes, kLinkHalo);
     return link_pass(context_, nodes);
@@ -66,14 +79,12 @@ class Runner {
     exchange(nodes, stages_.reach);
     complete_pass(context_, by_lattice, nodes);
   }
-  std::vector<TerrainTile> fit(NodeFields& nodes) {
+  FinishedTiles fit(NodeFields& nodes) {
     exchange(nodes, kFitHalo);
     return fit_pass(context_, nodes);
   }
-  void layers(std::vector<TerrainTile>& tiles) { layer_pass(context_, tiles); }
-  CommitSummary commit(std::vector<TerrainTile>&& tiles, TileSink& sink) {
-    return commit_pass(context_, std::move(tiles), sink);
-  }
+  void layers(FinishedTiles& tiles) { layer_pass(context_, tiles); }
+  CommitSummary commit(FinishedTiles&& tiles, TileSink& sink) { return commit_pass(context_, std::move(tiles), sink); }
 
  private:
   void exchange(NodeFields& nodes, std::int32_t rings) {
@@ -84,7 +95,8 @@ class Runner {
   std::unique_ptr<Threads> threads_;
   std::unique_ptr<Ranks> ranks_ = single_rank();
   Progress progress_;
-  PassContext context_{stages_.options.parameters, stages_.table, *threads_, *ranks_, progress_, stages_.options.trajectory};
+  PassContext context_{stages_.options.parameters, stages_.table, *threads_, *ranks_, pager(), progress_,
+                       stages_.options.trajectory};
 };
 
 const Stages& stages() {
@@ -92,15 +104,16 @@ const Stages& stages() {
     auto s = std::make_unique<Stages>();
     Runner runner(*s, serial_threads());
     s->modelled = s->empty_fields();
-    runner.model(s->modelled);
-    s->linked = s->modelled;
+    runner.model(partition(s->grid, *serial_threads()), s->modelled);
+    s->linked = copy_of(s->modelled);
     s->components = runner.link(s->linked);
-    s->completed = s->linked;
+    s->completed = copy_of(s->linked);
     runner.complete(true, s->completed);
-    NodeFields nodes = s->completed;
-    s->finished = s->layered = runner.fit(nodes);
+    NodeFields nodes = copy_of(s->completed);
+    s->finished = runner.fit(nodes);
+    s->layered = copy_of(s->finished);
     runner.layers(s->layered);
-    for (const auto& field : s->completed) s->node_bytes += field.values().size_bytes();
+    for (std::size_t i = 0; i < s->completed.size(); ++i) s->node_bytes += s->completed[i].values().size_bytes();
     return s;
   }();
   return *made;
@@ -152,20 +165,22 @@ std::map<BinId, std::vector<Coordinates>> expected_bins(const BinGrid& grid) {
   return bins;
 }
 
-void verify_bins(const PointBins& bins, const BinGrid& grid) {
+void verify_bins(PointBins&& bins, const BinGrid& grid) {
   const auto expected = expected_bins(grid);
-  verify(bins.bins().size() == expected.size(), "number of bins");
-  for (const PointBins::Bin& bin : bins.bins()) {
-    std::vector<Coordinates> points;
-    const std::int64_t west = std::int64_t{bin.id.bx} * grid.edge_mm(),
-                       south = std::int64_t{bin.id.by} * grid.edge_mm();
-    for (const PointBins::Run& run : bin.runs)
-      for (std::uint32_t i = 0; i < run.size; ++i)
-        points.emplace_back(west + run.points[i].x_mm, south + run.points[i].y_mm, run.points[i].z_mm);
-    std::sort(points.begin(), points.end());
-    const auto it = expected.find(bin.id);
-    verify(it != expected.end() && it->second == points, "points of a bin");
-  }
+  verify(bins.size() == expected.size(), "number of bins");
+  PointBins::Scratch scratch;
+  for (std::size_t k = 0; k < bins.size(); ++k)
+    bins.take(k, scratch, [&](const PointBins::Bin& bin) {
+      std::vector<Coordinates> points;
+      const std::int64_t west = std::int64_t{bin.id.bx} * grid.edge_mm(),
+                         south = std::int64_t{bin.id.by} * grid.edge_mm();
+      for (const PointBins::Run& run : bin.runs)
+        for (std::uint32_t i = 0; i < run.size; ++i)
+          points.emplace_back(west + run.points[i].x_mm, south + run.points[i].y_mm, run.points[i].z_mm);
+      std::sort(points.begin(), points.end());
+      const auto it = expected.find(bin.id);
+      verify(it != expected.end() && it->second == points, "points of a bin");
+    });
 }
 
 void BM_Partition(benchmark::State& state) {
@@ -174,8 +189,8 @@ void BM_Partition(benchmark::State& state) {
   verify_once(key("partition", state), [&] { verify_bins(partition(grid, *threads), grid); });
   Measure m = measure(state, city().points->size() * kPointBytes);
   for (auto _ : state) {
-    PointBins bins;
-    m.time([&] { bins = partition(grid, *threads); });
+    std::optional<PointBins> bins;
+    m.time([&] { bins.emplace(partition(grid, *threads)); });
   }
 }
 
@@ -184,17 +199,18 @@ void BM_Model(benchmark::State& state) {
   Runner runner(s, make_threads(state.range(0)));
   verify_once(key("model", state), [&] {
     NodeFields nodes = s.empty_fields();
-    runner.model(nodes);
+    runner.model(partition(s.grid, *serial_threads()), nodes);
     verify(same_nodes(nodes, s.modelled), "nodes depend on the threads");
     std::uint64_t points = 0;
-    for (const auto& field : nodes)
-      for (const Node& node : field.values()) points += node.count;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      for (const Node& node : nodes[i].values()) points += node.count;
     verify(points == city().points->size(), "points in nodes");
   });
   Measure m = measure(state, city().points->size() * sizeof(BinnedPoint));
   for (auto _ : state) {
+    PointBins bins = partition(s.grid, *serial_threads());
     NodeFields nodes = s.empty_fields();
-    m.time([&] { runner.model(nodes); });
+    m.time([&] { runner.model(std::move(bins), nodes); });
   }
 }
 
@@ -202,14 +218,14 @@ void BM_Link(benchmark::State& state) {
   const Stages& s = stages();
   Runner runner(s, make_threads(state.range(0)));
   verify_once(key("link", state), [&] {
-    NodeFields nodes = s.modelled;
+    NodeFields nodes = copy_of(s.modelled);
     const ComponentCounts components = runner.link(nodes);
     verify(same_nodes(nodes, s.linked), "classes depend on the threads");
     verify(components.all == s.components.all && components.kept == s.components.kept, "number of components");
   });
   Measure m = measure(state, s.node_bytes);
   for (auto _ : state) {
-    NodeFields nodes = s.modelled;
+    NodeFields nodes = copy_of(s.modelled);
     m.time([&] { runner.link(nodes); });
   }
 }
@@ -218,13 +234,13 @@ void BM_Complete(benchmark::State& state, bool by_lattice) {
   const Stages& s = stages();
   Runner runner(s, make_threads(state.range(0)));
   verify_once(key(by_lattice ? "lattice" : "nanoflann", state), [&] {
-    NodeFields nodes = s.linked;
+    NodeFields nodes = copy_of(s.linked);
     runner.complete(by_lattice, nodes);
     verify(same_nodes(nodes, s.completed), "predictions depend on the threads or the search");
   });
   Measure m = measure(state, s.node_bytes);
   for (auto _ : state) {
-    NodeFields nodes = s.linked;
+    NodeFields nodes = copy_of(s.linked);
     m.time([&] { runner.complete(by_lattice, nodes); });
   }
 }
@@ -233,13 +249,13 @@ void BM_Fit(benchmark::State& state) {
   const Stages& s = stages();
   Runner runner(s, make_threads(state.range(0)));
   verify_once(key("fit", state), [&] {
-    NodeFields nodes = s.completed;
+    NodeFields nodes = copy_of(s.completed);
     MemoryMap map(s.table.layout());
     verify(runner.commit(runner.fit(nodes), map).digest == fitted_digest(), "digest of the tiles");
   });
   Measure m = measure(state, s.node_bytes);
   for (auto _ : state) {
-    NodeFields nodes = s.completed;
+    NodeFields nodes = copy_of(s.completed);
     MemoryMap map(s.table.layout());
     m.time([&] { runner.commit(runner.fit(nodes), map); });
   }
@@ -249,15 +265,14 @@ void BM_Layers(benchmark::State& state) {
   const Stages& s = stages();
   Runner runner(s, make_threads(state.range(0)));
   verify_once(key("layers", state), [&] {
-    std::vector<TerrainTile> tiles = s.finished;
+    FinishedTiles tiles = copy_of(s.finished);
     runner.layers(tiles);
-    verify(std::equal(tiles.begin(), tiles.end(), s.layered.begin(), s.layered.end(),
-                      [](const TerrainTile& a, const TerrainTile& b) { return a.nodes == b.nodes; }),
-           "layers depend on the threads");
+    for (std::size_t i = 0; i < tiles.size(); ++i)
+      verify(tiles[i].nodes == s.layered[i].nodes, "layers depend on the threads");
   });
   Measure m = measure(state, s.node_bytes);
   for (auto _ : state) {
-    std::vector<TerrainTile> tiles = s.finished;
+    FinishedTiles tiles = copy_of(s.finished);
     m.time([&] { runner.layers(tiles); });
   }
 }

@@ -1,4 +1,6 @@
 // btms: the command line program. Parses, runs one subcommand, and turns errors into exit statuses.
+#include <malloc.h>
+
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -74,11 +76,20 @@ bool is_unknown_word(const std::string& word, std::span<const Command> commands)
   return true;
 }
 
+// What a pass frees, the next one takes again: giving it back to the system would only mean to fault it in anew. (Under a
+// memory budget the engine's pager gives back what is free.)
+void keep_freed_memory() {
+  constexpr int kLargestPooled_bytes = 32 << 20, kNever_bytes = 1 << 30;
+  mallopt(M_MMAP_THRESHOLD, kLargestPooled_bytes);
+  mallopt(M_TRIM_THRESHOLD, kNever_bytes);
+}
+
 }  // namespace
 }  // namespace btms
 
 int main(int argc, char** argv) {
   using namespace btms;
+  keep_freed_memory();
   CLI::App app(kDescription, "btms");
   app.footer(kFooter);
   app.set_version_flag("--version", "btms " BTMS_VERSION "\n" BTMS_LIBRARIES);

@@ -76,7 +76,7 @@ struct FitPrior {
 PlaneFitRules fit_rules(const LevelRules& rules) {
   const double r_m = rules.r_m();
   if (rules.first()) return {8, rules.p().first_ridge * r_m * r_m * 0.055 * 1e6, false, 2.0};
-  return {4, rules.p().ridge * r_m * r_m * 0.11 * 1e6, true, 0.5};
+  return {3, rules.p().ridge * r_m * r_m * 0.11 * 1e6, true, 0.5};
 }
 
 // A node's points on their way to a plane: heights from a datum that does not depend on the order of the points.

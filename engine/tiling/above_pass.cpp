@@ -51,9 +51,28 @@ struct SheetSums {
   std::uint64_t clear = 0, joints = 0;
 };
 
+struct BorderLink {
+  std::uint32_t inside, outside;  // positions in values()
+};
 struct TileLinks {
   std::vector<SheetComponent> components;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;  // over the border, as positions in values()
+  std::vector<BorderLink> links;  // over the border
+
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(components), fn(links);
+  }
+};
+// What a tile contributes to the verdicts.
+struct TileSheets {
+  std::vector<SheetComponent> components;
+  std::vector<SheetLink> links;
+  std::vector<SheetSums> sums;
+
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(components), fn(links), fn(sums);
+  }
 };
 
 FinalPlane surface_of(const TerrainTile& tile, NodeId n) { return FinalPlane::through(n.triangle, tile.corners_mm(n)); }
@@ -144,7 +163,7 @@ void link_tile(SparseField<Sheet>& field, const LevelRules& rules, TileLinks& ou
         if (j < inside)
           components.unite(i, j);
         else
-          out.links.emplace_back(i, j);
+          out.links.push_back({i, j});
       }
     });
   }
@@ -194,24 +213,26 @@ void above_pass(const PassContext& context, const OrderedPoints& points, Finishe
   });
   found = {};
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);
-  std::vector<TileLinks> linked(tiles.size());
-  context.for_each_tile("link sheets", {writes(sheets)},
+  Paged<TileLinks> linked(context.pager, tiles.size());
+  context.for_each_tile("link sheets", {writes(sheets), writes(linked)},
                         [&](std::size_t i, int) { link_tile(sheets[i], rules, linked[i]); });
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);  // the components this time
 
-  std::vector<std::vector<SheetComponent>> components(tiles.size());
-  std::vector<std::vector<SheetLink>> links(tiles.size());
-  std::vector<std::vector<SheetSums>> sums(tiles.size());
-  context.for_each_tile("join sheets", {reads(sheets), reads(tiles)}, [&](std::size_t i, int) {
+  Paged<TileSheets> joined(context.pager, tiles.size());
+  context.for_each_tile("join sheets", {reads(sheets), reads(tiles), writes(linked), writes(joined)}, [&](std::size_t i, int) {
     const std::span<const Sheet> here = std::as_const(sheets[i]).values();
-    components[i] = std::move(linked[i].components);
-    for (const auto& [a, b] : linked[i].links) links[i].push_back({here[a].component, here[b].component});
-    sort_unique(links[i]);
-    sums[i] = sums_of(sheets[i], tiles[i], rules);
+    joined[i].components = std::move(linked[i].components);
+    for (const auto& [a, b] : linked[i].links) joined[i].links.push_back({here[a].component, here[b].component});
+    sort_unique(joined[i].links);
+    joined[i].sums = sums_of(sheets[i], tiles[i], rules);
   });
-  const MergedComponents<SheetId> merged(gather_all(context.ranks, components), gather_all(context.ranks, links));
+  // What is gathered, and the sums that are made of it.
+  const Pager::Claim claim(context.pager,
+                           2 * bytes_in(joined, &TileSheets::components, &TileSheets::links, &TileSheets::sums));
+  const MergedComponents<SheetId> merged(gather_all(context.ranks, joined, &TileSheets::components),
+                                         gather_all(context.ranks, joined, &TileSheets::links));
   std::vector<SheetSums> total(merged.size());
-  for (const SheetSums& s : gather_all(context.ranks, sums)) {
+  for (const SheetSums& s : gather_all(context.ranks, joined, &TileSheets::sums)) {
     SheetSums& to = total[merged.root(s.component)];
     to.clear += s.clear;
     to.joints += s.joints;

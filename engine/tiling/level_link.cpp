@@ -48,6 +48,18 @@ struct TileLinks {
   }
 };
 
+// What a tile contributes to the verdicts.
+struct TileRims {
+  std::vector<Component> components;
+  std::vector<Link> pairs;
+  std::vector<RimEdge> edges;
+
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(components), fn(pairs), fn(edges);
+  }
+};
+
 std::vector<ForwardEdges> edges_of(const TileField<LevelNode>& nodes, const LevelRules& rules) {
   const CellBox box = nodes.interior(), ring = box.grown(1);
   const EdgeRules compared(rules);
@@ -327,20 +339,22 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
   });
   exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
 
-  std::vector<std::vector<Component>> components(tiles.size());
-  std::vector<std::vector<RimEdge>> tile_edges(tiles.size());
-  std::vector<std::vector<Link>> tile_pairs(tiles.size());
-  context.for_each_tile("rim", {reads(nodes), reads(ids), writes(tile_links)}, [&](std::size_t i, int) {
+  Paged<TileRims> rims(context.pager, tiles.size());
+  context.for_each_tile("rim", {reads(nodes), reads(ids), writes(tile_links), writes(rims)}, [&](std::size_t i, int) {
     const std::span<const NodeKey> id = std::as_const(ids[i]).values();
-    for (const auto& [a, b] : tile_links[i].links) tile_pairs[i].push_back({id[a], id[b]});
-    sort_unique(tile_pairs[i]);
-    tile_edges[i] = rim_edges(nodes[i], tile_links[i].edges, ids[i]);
-    components[i] = std::move(tile_links[i].components);
+    for (const auto& [a, b] : tile_links[i].links) rims[i].pairs.push_back({id[a], id[b]});
+    sort_unique(rims[i].pairs);
+    rims[i].edges = rim_edges(nodes[i], tile_links[i].edges, ids[i]);
+    rims[i].components = std::move(tile_links[i].components);
     tile_links[i] = {};
   });
 
-  const Verdicts verdicts(gather_all(context.ranks, components), gather_all(context.ranks, tile_pairs),
-                          gather_all(context.ranks, tile_edges), rules);
+  // What is gathered, and the sums that are made of it.
+  const Pager::Claim claim(context.pager,
+                           2 * bytes_in(rims, &TileRims::components, &TileRims::pairs, &TileRims::edges));
+  const Verdicts verdicts(gather_all(context.ranks, rims, &TileRims::components),
+                          gather_all(context.ranks, rims, &TileRims::pairs),
+                          gather_all(context.ranks, rims, &TileRims::edges), rules);
   context.for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
     NodeKey asked = kNoComponent;  // neighbours mostly belong together
     bool rejected = false;

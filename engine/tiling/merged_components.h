@@ -8,6 +8,7 @@
 
 #include "engine/terrain/components.h"
 #include "engine/tiling/executor.h"
+#include "engine/tiling/paged.h"
 
 namespace btms {
 
@@ -25,12 +26,28 @@ void sort_unique(std::vector<ComponentLink<Id>>& links) {
   links.erase(std::unique(links.begin(), links.end()), links.end());
 }
 
-// What all tiles of all ranks have, in one list.
-template <class T>
-std::vector<T> gather_all(Ranks& ranks, const std::vector<std::vector<T>>& by_tile) {
+// What all tiles of all ranks have in one of their lists. Takes the lists: there may be much in them.
+template <class Lists, class T>
+std::vector<T> gather_all(Ranks& ranks, Paged<Lists>& by_tile, std::vector<T> Lists::*list) {
   std::vector<T> mine;
-  for (const std::vector<T>& list : by_tile) mine.insert(mine.end(), list.begin(), list.end());
-  return ranks.gather(mine);
+  for (std::size_t i = 0; i < by_tile.size(); ++i) {
+    const auto of_tile = by_tile.edit(i);
+    std::vector<T>& part = (*of_tile).*list;
+    mine.insert(mine.end(), part.begin(), part.end());
+    std::vector<T>().swap(part);
+  }
+  return ranks.size() == 1 ? mine : ranks.gather(mine);
+}
+
+// What all tiles of this rank have in these lists.
+template <class Lists, class... T>
+std::uint64_t bytes_in(Paged<Lists>& by_tile, std::vector<T> Lists::*... list) {
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < by_tile.size(); ++i) {
+    const auto of_tile = by_tile.view(i);
+    ((bytes += ((*of_tile).*list).size() * sizeof(T)), ...);
+  }
+  return bytes;
 }
 
 template <class Id>

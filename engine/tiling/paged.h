@@ -68,7 +68,7 @@ class Paged final : public PagedList {
 
     std::uint64_t bytes() override {
       std::uint64_t sum = 0;
-      for_each_buffer(value, [&](const auto& buffer) { sum += raw_size(buffer); });
+      for_each_buffer(value, [&](const auto& buffer) { sum += buffer.capacity() * sizeof(buffer[0]); });
       return sum;
     }
     void park(Spill& spill, bool changed) override {

@@ -67,6 +67,13 @@ bool Pager::claim(std::uint64_t bytes) {
   return true;
 }
 
+void Pager::take(std::uint64_t bytes) noexcept {
+  std::unique_lock lock(mutex_);
+  held_ += bytes;
+  peak_ = std::max(peak_, held_);
+  make_room(lock);
+}
+
 void Pager::release(std::uint64_t bytes) {
   const std::lock_guard lock(mutex_);
   held_ -= bytes;

@@ -50,6 +50,18 @@ class Pager {
   // Memory that is counted but can't be parked. False (and nothing is counted) where it would break the budget.
   bool claim(std::uint64_t bytes);
   void release(std::uint64_t bytes);
+  // The same for what has to be in memory: other things make room for it.
+  class Claim {
+   public:
+    Claim(Pager& pager, std::uint64_t bytes) : pager_(pager), bytes_(bytes) { pager_.take(bytes_); }
+    ~Claim() { pager_.release(bytes_); }
+    Claim(const Claim&) = delete;
+    Claim& operator=(const Claim&) = delete;
+
+   private:
+    Pager& pager_;
+    const std::uint64_t bytes_;
+  };
 
   Spill& spill() { return spill_; }
   bool limited() const { return budget_ != kUnlimited_bytes; }
@@ -61,6 +73,7 @@ class Pager {
   std::uint64_t peak_bytes() const { return peak_; }
 
  private:
+  void take(std::uint64_t bytes) noexcept;
   void count(Item& item);
   void make_room(std::unique_lock<std::mutex>& lock) noexcept;
   // What is free inside its heap the allocator gives back only when asked, and asking takes time.
