@@ -65,7 +65,10 @@ LabelCounts label(const fs::path& map, const fs::path& to, const Threads& thread
   Progress progress;
   const LabelCounts counts = label_points(
       *file, *reader, reader->info().parameters, threads,
-      [&](std::uint64_t first, std::span<const Label> labels) { writer->write(first, labels); }, progress);
+      [&](std::uint64_t first, std::span<const Label> labels, PointBlock& block) {
+        writer->write(first, labels, block);
+      },
+      progress);
   writer->commit();
   return counts;
 }

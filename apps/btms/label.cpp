@@ -64,7 +64,9 @@ int run_label(const LabelCommand& command) {
   const auto begun = std::chrono::steady_clock::now();
   for (const auto& file : files) {
     const auto writer = create_labels(*file, command.output);
-    const auto write = [&](std::uint64_t first, std::span<const Label> labels) { writer->write(first, labels); };
+    const auto write = [&](std::uint64_t first, std::span<const Label> labels, PointBlock& block) {
+      writer->write(first, labels, block);
+    };
     const LabelCounts counts = label_points(*file, *reader, reader->info().parameters, *threads, write, progress);
     throw_if_stopped();
     const std::string warning = check_cover(*file, counts, command.map);

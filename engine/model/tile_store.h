@@ -45,6 +45,8 @@ class TileSource {
   virtual std::vector<TileId> tiles() const = 0;
   // The tile, or nullptr where the map has none. Throws Error(kVerification) when stored bytes are damaged.
   virtual std::shared_ptr<const TerrainTile> load(TileId id) const = 0;
+  // The same where only heights, states and thresholds (terrain_mm) are wanted: anything else may have its default.
+  virtual std::shared_ptr<const TerrainTile> load_for_labels(TileId id) const { return load(id); }
 };
 
 }  // namespace btms

@@ -20,7 +20,7 @@
 namespace btms {
 namespace {
 
-constexpr std::size_t kBlockPoints = 1 << 15;  // per read and write
+constexpr std::size_t kBlockPoints = 1 << 14;  // per read and write: records and columns share the second-level cache
 constexpr std::size_t kChunkPoints = 1 << 11;  // located and labelled at a time, in the first-level cache
 
 // A node's final plane, ready for Eq 14: a point at offset (x, y) from the square's centre and height z above its
@@ -89,7 +89,8 @@ class LabelTiles {
     }
     const std::lock_guard loading(entry->mutex);
     if (!entry->loaded) {
-      if (const auto source = map_.load(id)) entry->tile = std::make_shared<const LabelTile>(*source, parameters_);
+      if (const auto source = map_.load_for_labels(id))
+        entry->tile = std::make_shared<const LabelTile>(*source, parameters_);
       entry->loaded = true;
       account(*entry, kEntryBytes + (entry->tile ? entry->tile->bytes() : 0));
     }
@@ -255,7 +256,7 @@ void label_run(const Run& run, const LabelTile& tile, std::uint32_t* nodes, std:
 }
 
 struct Scratch {
-  PointBlock block;
+  PointBlock block;  // with its records
   Axis col, row;
   std::uint32_t nodes[kChunkPoints];
   std::vector<Label> labels;
@@ -324,6 +325,7 @@ LabelCounts label_points(const PointSource& source, const TileSource& map, const
                          std::size_t cache_bytes) {
   LabelTiles tiles(map, parameters, cache_bytes);
   std::vector<Scratch> scratch(static_cast<std::size_t>(threads.count()));
+  for (Scratch& s : scratch) s.block.keep_records = true;
   const MapLayout layout = map.layout();
   progress.begin("label", source.size(), "points");
   const auto blocks = static_cast<std::size_t>((source.size() + kBlockPoints - 1) / kBlockPoints);
@@ -334,7 +336,7 @@ LabelCounts label_points(const PointSource& source, const TileSource& map, const
     const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(kBlockPoints, source.size() - first));
     source.read(first, count, s.block);
     label_block(s, layout, tiles);
-    consumer(first, s.labels);
+    consumer(first, s.labels, s.block);
     progress.advance(count);
   });
   LabelCounts all;

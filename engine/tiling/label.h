@@ -20,9 +20,10 @@ struct LabelCounts {
   std::uint64_t outside = 0;  // obstacles over a place without a final plane
 };
 
-// Called with consecutive runs of a source's labels, from several threads, in any order; the runs cover every point
-// once.
-using LabelConsumer = std::function<void(std::uint64_t first, std::span<const Label> labels)>;
+// Called with consecutive runs of a source's labels and the block they were worked out from, from several threads, in
+// any order; the runs cover every point once. The block's raw records are there where the source has such, and the
+// consumer's to change.
+using LabelConsumer = std::function<void(std::uint64_t first, std::span<const Label> labels, PointBlock& block)>;
 
 inline constexpr std::size_t kLabelCacheBytes = std::size_t{512} << 20;
 

@@ -18,7 +18,9 @@ struct PointBlock {
 
   std::vector<std::int64_t> x_mm, y_mm;
   std::vector<std::int32_t> z_mm;
-  std::vector<std::uint8_t> bytes;  // reader's scratch: the raw records, kept between calls
+  std::vector<std::uint8_t> bytes;  // reader's scratch, kept between calls
+  bool keep_records = false;        // asks for the raw records of all points at the start of `bytes`: who has a use for
+                                    // them knows whether the source has such
   std::size_t not_finite = 0;       // dropped: NaN or infinite
   std::size_t out_of_range = 0;     // dropped: beyond kMaxHorizontal_mm or kMaxVertical_mm
 

@@ -23,7 +23,7 @@ SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters
   out.labels.resize(static_cast<std::size_t>(scan.size()));
   out.counts = label_points(
       scan, out.map, parameters, *threads,
-      [&](std::uint64_t first, std::span<const Label> labels) {
+      [&](std::uint64_t first, std::span<const Label> labels, PointBlock&) {
         std::copy(labels.begin(), labels.end(), out.labels.begin() + static_cast<std::ptrdiff_t>(first));
       },
       progress);

@@ -35,7 +35,7 @@ class KittiFile final : public PointFile {
   void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     assert(first <= size() && count <= size() - first);
     block.reset(count);
-    read_records(file_, {0, kStride}, first, count, block.bytes,
+    read_records(file_, {0, kStride}, first, count, block,
                  [&](const std::uint8_t* records, std::size_t n, std::size_t at) { unpack(records, n, block, at); });
   }
 

@@ -36,18 +36,20 @@ class LasLabels final : public LabelWriter {
     const std::size_t stride = header_.record_bytes, most = kBlockBytes / stride;
     const InputFile::Session session = input_.open();
     BufferPool::Lease buffer = pool_.take(kBlockBytes);
-    const std::uint64_t begin = header_.points_offset + first * stride;
     for (std::size_t done = 0; done < labels.size();) {
       const std::size_t n = std::min(most, labels.size() - done);
-      const std::uint64_t at = begin + done * stride;
       const std::span<std::uint8_t> records = buffer.bytes().first(n * stride);
-      session.read(at, records);
-      classify(labels.subspan(done, n), records);
-      output_.write(at, records);
+      session.read(header_.points_offset + (first + done) * stride, records);
+      put(first + done, labels.subspan(done, n), records);
       done += n;
     }
-    output_.start_writing(begin, labels.size() * stride);
-    labelled_ += labels.size();
+  }
+
+  void write(std::uint64_t first, std::span<const Label> labels, PointBlock& block) override {
+    const std::size_t bytes = labels.size() * header_.record_bytes;
+    if (!block.keep_records || block.bytes.size() < bytes)
+      throw Error(ErrorCode::kFailed, "labels without the records they belong to", path().string());
+    put(first, labels, std::span(block.bytes).first(bytes));
   }
 
   void commit() override {
@@ -61,6 +63,14 @@ class LasLabels final : public LabelWriter {
   }
 
  private:
+  void put(std::uint64_t first, std::span<const Label> labels, std::span<std::uint8_t> records) {
+    classify(labels, records);
+    const std::uint64_t at = header_.points_offset + first * header_.record_bytes;
+    output_.write(at, records);
+    output_.start_writing(at, records.size());
+    labelled_ += labels.size();
+  }
+
   void classify(std::span<const Label> labels, std::span<std::uint8_t> records) const {
     const auto [offset, mask] = las_class_byte(header_.format);
     const std::size_t stride = header_.record_bytes;

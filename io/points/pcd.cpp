@@ -197,7 +197,7 @@ class PcdFile final : public PointFile {
   }
 
   void read_binary(std::uint64_t first, std::size_t count, PointBlock& block) const {
-    read_records(file_, {header_.data_offset, header_.stride}, first, count, block.bytes,
+    read_records(file_, {header_.data_offset, header_.stride}, first, count, block,
                  [&](const std::uint8_t* records, std::size_t n, std::size_t at) { unpack(records, n, block, at); });
   }
 

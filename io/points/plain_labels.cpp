@@ -40,6 +40,9 @@ class PlainLabels final : public LabelWriter {
     }
     labelled_ += labels.size();
   }
+  void write(std::uint64_t first, std::span<const Label> labels, PointBlock& /*block*/) override {
+    write(first, labels);
+  }
 
   void commit() override {
     if (labelled_ != points_) {

@@ -60,6 +60,9 @@ class LabelWriter {
  public:
   virtual ~LabelWriter() = default;
   virtual void write(std::uint64_t first, std::span<const Label> labels) = 0;
+  // The same with the input's block of these points, read with keep_records: a writer that copies records takes them
+  // from there and doesn't read them again. Changes them.
+  virtual void write(std::uint64_t first, std::span<const Label> labels, PointBlock& block) = 0;
   // Flushes, fsyncs, renames into place.
   virtual void commit() = 0;
   virtual const std::filesystem::path& path() const = 0;

@@ -72,13 +72,15 @@ class FolderReader final : public MapReader {
   }
 
   SharedTile load(TileId id) const override {
-    const auto it = where_.find(id);
-    if (it == where_.end()) return nullptr;
-    const Place& place = it->second;
-    const ShardEntry& shard = manifest_.shards[place.shard];
-    const SharedTile whole = cache_.get(place.shard, [&] { return decode(shard, id); });
-    if (whole->box == place.box) return whole;
-    return std::make_shared<const TerrainTile>(cut(*whole, place.box));
+    return load(id, cache_, [this](const ShardEntry& shard, std::span<const std::uint8_t> bytes) {
+      return decode_shard(bytes, layout().lattice.resolution_mm(), shard.bounds(), shard.values_xxh3);
+    });
+  }
+
+  SharedTile load_for_labels(TileId id) const override {
+    return load(id, label_cache_, [this](const ShardEntry& shard, std::span<const std::uint8_t> bytes) {
+      return decode_shard_for_labels(bytes, layout().lattice.resolution_mm(), shard.bounds());
+    });
   }
 
  private:
@@ -87,7 +89,19 @@ class FolderReader final : public MapReader {
     CellBox box;
   };
 
-  SharedTile decode(const ShardEntry& shard, TileId id) const {
+  template <class Decode>
+  SharedTile load(TileId id, ShardCache& cache, const Decode& decode) const {
+    const auto it = where_.find(id);
+    if (it == where_.end()) return nullptr;
+    const Place& place = it->second;
+    const ShardEntry& shard = manifest_.shards[place.shard];
+    const SharedTile whole = cache.get(place.shard, [&] { return read(shard, id, decode); });
+    if (whole->box == place.box) return whole;
+    return std::make_shared<const TerrainTile>(cut(*whole, place.box));
+  }
+
+  template <class Decode>
+  SharedTile read(const ShardEntry& shard, TileId id, const Decode& decode) const {
     const fs::path file = folder_ / kShardFolder / shard.file;
     const auto damaged = [&](const std::string& why) {
       return Error(ErrorCode::kVerification,
@@ -109,8 +123,7 @@ class FolderReader final : public MapReader {
     if (const std::uint64_t found = xxh3_64(bytes); found != shard.file_xxh3)
       throw damaged("file hashes to " + hex64(found) + ", the manifest says " + hex64(shard.file_xxh3));
     try {
-      return std::make_shared<const TerrainTile>(
-          decode_shard(bytes, layout().lattice.resolution_mm(), shard.bounds(), shard.values_xxh3));
+      return std::make_shared<const TerrainTile>(decode(shard, bytes));
     } catch (const Error& e) {
       throw damaged(e.what());
     }
@@ -119,7 +132,7 @@ class FolderReader final : public MapReader {
   const fs::path folder_;
   const Manifest manifest_;
   std::unordered_map<TileId, Place, TileIdHash> where_;
-  mutable ShardCache cache_;
+  mutable ShardCache cache_, label_cache_;
 };
 
 }  // namespace

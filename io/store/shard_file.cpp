@@ -188,6 +188,31 @@ std::vector<std::uint8_t> decode_places(hid_t file, const Extent& extent, ChunkD
   return values;
 }
 
+bool is_for_labels(LayerId id) {
+  return id == LayerId::kCornerHeight || id == LayerId::kCentreHeight || id == LayerId::kState ||
+         id == LayerId::kTerrain;
+}
+
+// The tile that decode(file, extent, decoder) makes of a shard whose layers all have the right shape. The box is only
+// the manifest's claim, so shapes come before the first allocation.
+template <class Decode>
+TerrainTile parse(std::span<const std::uint8_t> bytes, const CellBox& box, Decode&& decode) {
+  const QuietHdf5 quiet;
+  try {
+    Hdf5File file = open_image(bytes);
+    ChunkDecoder decoder;
+    const Extent extent{box, count_upper(file.get(), box)};
+    for (const LayerInfo& layer : layer_table())
+      if (extent.has(layer)) open_layer(file.get(), layer, extent).close();
+    TerrainTile tile = decode(file.get(), extent, decoder);
+    file.close();
+    return tile;
+  } catch (const Error& e) {
+    if (e.code() == ErrorCode::kVerification) throw;
+    throw Error(ErrorCode::kVerification, e.what());
+  }
+}
+
 }  // namespace
 
 EncodedShard encode_shard(const TerrainTile& tile, const std::optional<Crs>& crs) {
@@ -219,36 +244,35 @@ EncodedShard encode_shard(const TerrainTile& tile, const std::optional<Crs>& crs
 
 TerrainTile decode_shard(std::span<const std::uint8_t> bytes, std::int32_t resolution_mm, const CellBox& box,
                          std::uint64_t values_xxh3) {
-  const QuietHdf5 quiet;
-  try {
-    Hdf5File file = open_image(bytes);
-    ChunkDecoder decoder;
-    // All shapes before the first allocation: the box is only the manifest's claim.
-    const Extent extent{box, count_upper(file.get(), box)};
-    for (const LayerInfo& layer : layer_table())
-      if (extent.has(layer)) open_layer(file.get(), layer, extent).close();
-    std::vector<std::uint8_t> places = decode_places(file.get(), extent, decoder);
+  return parse(bytes, box, [&](hid_t file, const Extent& extent, ChunkDecoder& decoder) {
+    std::vector<std::uint8_t> places = decode_places(file, extent, decoder);
     TerrainTile tile(resolution_mm, box);
     std::vector<ListedUpper> listed(extent.upper);
     std::uint64_t hash = 0;
     for (const LayerInfo& layer : layer_table()) {
       if (!extent.has(layer)) continue;
       const std::vector<std::uint8_t> raster =
-          layer.id == LayerId::kUpper ? std::move(places) : decode_layer(file.get(), layer, extent, decoder);
+          layer.id == LayerId::kUpper ? std::move(places) : decode_layer(file, layer, extent, decoder);
       hash = xxh3_64(raster, hash);
       if (layer.raster == Raster::kPerUpper)
         scatter_upper(layer, raster, listed);
       else
         scatter(layer, raster, tile);
     }
-    file.close();
     tile.upper = unlist_upper(std::move(listed), box);
     if (hash != values_xxh3) damaged("values hash to " + hex64(hash) + ", the manifest says " + hex64(values_xxh3));
     return tile;
-  } catch (const Error& e) {
-    if (e.code() == ErrorCode::kVerification) throw;
-    throw Error(ErrorCode::kVerification, e.what());
-  }
+  });
+}
+
+TerrainTile decode_shard_for_labels(std::span<const std::uint8_t> bytes, std::int32_t resolution_mm,
+                                    const CellBox& box) {
+  return parse(bytes, box, [&](hid_t file, const Extent& extent, ChunkDecoder& decoder) {
+    TerrainTile tile(resolution_mm, box);
+    for (const LayerInfo& layer : layer_table())
+      if (is_for_labels(layer.id)) scatter(layer, decode_layer(file, layer, extent, decoder), tile);
+    return tile;
+  });
 }
 
 }  // namespace btms

@@ -22,5 +22,9 @@ EncodedShard encode_shard(const TerrainTile& tile, const std::optional<Crs>& crs
 // Throws Error(kVerification) when the bytes are not a shard over `box`, or its values hash differently.
 TerrainTile decode_shard(std::span<const std::uint8_t> file, std::int32_t resolution_mm, const CellBox& box,
                          std::uint64_t values_xxh3);
+// The same for heights, states and thresholds alone; the rest of the tile has its defaults. The hash of all values
+// can't be checked then: the caller's of the file has to do.
+TerrainTile decode_shard_for_labels(std::span<const std::uint8_t> bytes, std::int32_t resolution_mm,
+                                    const CellBox& box);
 
 }  // namespace btms

@@ -37,7 +37,7 @@ std::string label_digest(const MemoryMap& map, const std::vector<CloudPoint>& po
   Progress progress;
   label_points(
       CloudSource(points), map, p, threads,
-      [&](std::uint64_t first, std::span<const Label> run) {
+      [&](std::uint64_t first, std::span<const Label> run, PointBlock&) {
         std::copy(run.begin(), run.end(), labels.begin() + static_cast<std::ptrdiff_t>(first));
       },
       progress);

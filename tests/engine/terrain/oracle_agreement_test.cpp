@@ -188,7 +188,7 @@ EngineResult run_engine(const std::vector<oracle::Point>& points, const Paramete
   std::vector<Label> labels(points.size());
   label_points(
       source, map, parameters, *threads,
-      [&](std::uint64_t first, std::span<const Label> run) {
+      [&](std::uint64_t first, std::span<const Label> run, PointBlock&) {
         std::copy(run.begin(), run.end(), labels.begin() + static_cast<std::ptrdiff_t>(first));
       },
       progress);

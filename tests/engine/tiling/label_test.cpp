@@ -104,7 +104,7 @@ void check_labels(const Parameters& parameters, std::size_t n, bool strays) {
     Progress progress;
     const LabelCounts counts = label_points(
         source, map, parameters, *serial_threads(),
-        [&](std::uint64_t first, std::span<const Label> run) {
+        [&](std::uint64_t first, std::span<const Label> run, PointBlock&) {
           std::copy(run.begin(), run.end(), labels.begin() + static_cast<std::ptrdiff_t>(first));
         },
         progress, cache_bytes);

@@ -51,6 +51,40 @@ TEST_P(EveryFormatLabelled, ChangesNothingButTheClass) {
   EXPECT_EQ(read_bytes(writer->path()), expected_copy(spec, bytes, labels));
 }
 
+TEST_P(EveryFormatLabelled, RecordsThatHaveBeenReadAreNotReadAgain) {
+  const auto format = static_cast<std::uint8_t>(GetParam());
+  const TemporaryFolder folder;
+  LasSpec spec = las_spec(format < 6 ? 2 : 4, format);
+  spec.extra_bytes = 90;  // blocks of several reads
+  spec.xyz.assign(10'000, {1, 2, 3});
+  for (std::size_t i = 0; i < spec.xyz.size(); ++i) spec.xyz[i][0] = static_cast<std::int32_t>(i);
+  const Bytes bytes = las_bytes(spec);
+  const auto file = open_points(folder.write("a.las", bytes));
+  const std::vector<Label> labels = random_labels(10'000, 3);
+  const auto writer = create_labels(*file, folder / "out");
+  PointBlock block;
+  block.keep_records = true;
+  const std::size_t shares[] = {6000, 4000};  // the second leaves more in the buffer than it needs
+  for (std::size_t first = 0; const std::size_t n : shares) {
+    file->read(first, n, block);
+    writer->write(first, std::span(labels).subspan(first, n), block);
+    first += n;
+  }
+  writer->commit();
+  EXPECT_EQ(read_bytes(writer->path()), expected_copy(spec, bytes, labels));
+}
+
+TEST(LasLabels, ABlockNeedsItsRecords) {
+  const TemporaryFolder folder;
+  LasSpec spec;
+  spec.xyz.assign(4, {1, 2, 3});
+  const auto file = open_points(folder.write("a.las", las_bytes(spec)));
+  const auto writer = create_labels(*file, folder / "out");
+  PointBlock block;
+  file->read(0, 4, block);
+  EXPECT_THROW(writer->write(0, kAll, block), Error);
+}
+
 TEST(LasLabels, AreReadBackAsClasses) {
   const TemporaryFolder folder;
   LasSpec spec = las_spec(4, 6);

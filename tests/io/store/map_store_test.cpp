@@ -41,10 +41,19 @@ TEST_P(MapStoreShapes, ReadsBackBitExactly) {
     EXPECT_EQ(loaded->centre_mm, tile.centre_mm);
     EXPECT_EQ(loaded->nodes, tile.nodes);
     EXPECT_EQ(loaded->upper, tile.upper);
+    const auto for_labels = map->load_for_labels(id);
+    ASSERT_NE(for_labels, nullptr);
+    EXPECT_EQ(for_labels->box, tile.box);
+    EXPECT_EQ(for_labels->corner_mm, tile.corner_mm);
+    EXPECT_EQ(for_labels->centre_mm, tile.centre_mm);
+    EXPECT_TRUE(std::equal(
+        for_labels->nodes.begin(), for_labels->nodes.end(), tile.nodes.begin(), tile.nodes.end(),
+        [](const NodeSurface& a, const NodeSurface& b) { return a.state == b.state && a.terrain_mm == b.terrain_mm; }));
   }
   EXPECT_EQ(map->tiles(), ids);
   EXPECT_EQ(map->info().digest, sum);
   EXPECT_EQ(map->load({1000, 1000}), nullptr);
+  EXPECT_EQ(map->load_for_labels({1000, 1000}), nullptr);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, MapStoreShapes,
