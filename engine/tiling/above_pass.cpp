@@ -206,14 +206,16 @@ void above_pass(const PassContext& context, const OrderedPoints& points, Finishe
   std::vector<std::vector<SheetSums>> sums(tiles.size());
   context.for_each_tile("join sheets", {reads(sheets), reads(tiles)}, [&](std::size_t i, int) {
     const std::span<const Sheet> here = std::as_const(sheets[i]).values();
-    components[i] = std::move(linked[i].components);
-    for (const auto& [a, b] : linked[i].links) links[i].push_back({here[a].component, here[b].component});
+    const TileLinks own = std::exchange(linked[i], {});
+    components[i] = own.components;
+    for (const auto& [a, b] : own.links) links[i].push_back({here[a].component, here[b].component});
     sort_unique(links[i]);
     sums[i] = sums_of(sheets[i], tiles[i], rules);
   });
-  const MergedComponents<SheetId> merged(gather_all(context.ranks, components), gather_all(context.ranks, links));
+  const MergedComponents<SheetId> merged(gather_all(context.ranks, std::move(components)),
+                                         gather_all(context.ranks, std::move(links)));
   std::vector<SheetSums> total(merged.size());
-  for (const SheetSums& s : gather_all(context.ranks, sums)) {
+  for (const SheetSums& s : gather_all(context.ranks, std::move(sums))) {
     SheetSums& to = total[merged.root(s.component)];
     to.clear += s.clear;
     to.joints += s.joints;

@@ -38,7 +38,8 @@ std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
 void commit(const PassContext& context, FinishedTiles&& finished, TileSink& sink, BuildSummary& summary) {
   const CommitSummary done = commit_pass(context, std::move(finished), sink);
   const auto sums = context.ranks.sum<std::uint64_t>(
-      {done.tiles, done.nodes(), done.observed, done.predicted, done.obstacle, done.filled, done.unknown});
+      {done.tiles, done.nodes(), done.observed, done.predicted, done.obstacle, done.filled, done.unknown,
+       context.pager.spill().bytes_written()});
   summary.tiles = sums[0];
   summary.nodes = sums[1];
   summary.observed = sums[2];
@@ -46,6 +47,7 @@ void commit(const PassContext& context, FinishedTiles&& finished, TileSink& sink
   summary.obstacle = sums[4];
   summary.filled = sums[5];
   summary.unknown = sums[6];
+  summary.spilled_bytes = sums[7];
   summary.digest = context.ranks.sum<Digest>({done.digest})[0];
 }
 

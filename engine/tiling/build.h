@@ -56,6 +56,7 @@ struct BuildSummary {
   std::uint64_t nodes = 0;  // nodes with points, or with a surface
   std::uint64_t observed = 0, predicted = 0, obstacle = 0, filled = 0, unknown = 0;
   std::uint64_t components = 0, components_kept = 0;
+  std::uint64_t spilled_bytes = 0;  // written to the spill folder, in all
   std::vector<PhaseTime> phases;
 };
 

@@ -339,8 +339,9 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
     tile_links[i] = {};
   });
 
-  const Verdicts verdicts(gather_all(context.ranks, components), gather_all(context.ranks, tile_pairs),
-                          gather_all(context.ranks, tile_edges), rules);
+  const Verdicts verdicts(gather_all(context.ranks, std::move(components)),
+                          gather_all(context.ranks, std::move(tile_pairs)),
+                          gather_all(context.ranks, std::move(tile_edges)), rules);
   context.for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
     NodeKey asked = kNoComponent;  // neighbours mostly belong together
     bool rejected = false;

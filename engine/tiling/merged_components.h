@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "engine/terrain/components.h"
@@ -23,14 +24,21 @@ template <class Id>
 void sort_unique(std::vector<ComponentLink<Id>>& links) {
   std::sort(links.begin(), links.end());
   links.erase(std::unique(links.begin(), links.end()), links.end());
+  links.shrink_to_fit();  // they are kept for every tile
 }
 
 // What all tiles of all ranks have, in one list.
 template <class T>
-std::vector<T> gather_all(Ranks& ranks, const std::vector<std::vector<T>>& by_tile) {
+std::vector<T> gather_all(Ranks& ranks, std::vector<std::vector<T>>&& by_tile) {
+  std::size_t n = 0;
+  for (const std::vector<T>& list : by_tile) n += list.size();
   std::vector<T> mine;
-  for (const std::vector<T>& list : by_tile) mine.insert(mine.end(), list.begin(), list.end());
-  return ranks.gather(mine);
+  mine.reserve(n);
+  for (std::vector<T>& list : by_tile) {
+    mine.insert(mine.end(), list.begin(), list.end());
+    std::vector<T>().swap(list);  // never twice in memory
+  }
+  return ranks.gather(std::move(mine));
 }
 
 template <class Id>
