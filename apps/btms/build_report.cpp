@@ -29,6 +29,7 @@ Json report_json(const BuildReport& report) {
   json["phases"] = phases;
   json["points_per_second"] = std::round(points_per_second(report));
   json["peak_rss_bytes"] = peak_rss_bytes();
+  json["spilled_bytes"] = s.spilled_bytes;
   json["executor"] = report.executor;
   json["preset"] = report.choice.preset;
   json["parameters"] = parameters_json(report.choice.parameters);
@@ -65,6 +66,7 @@ void print_build_report(const BuildReport& report, bool as_json) {
   table.row(
       {"in all", fmt::format("{}, {} points/s", seconds_text(report.seconds), rounded(points_per_second(report)))});
   table.row({"peak memory", bytes_text(peak_rss_bytes())});
+  if (s.spilled_bytes > 0) table.row({"spilled", bytes_text(s.spilled_bytes)});
   table.row({"map", report.map});
   if (!report.picture.empty()) table.row({"picture", report.picture});
   table.print();

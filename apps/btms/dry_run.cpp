@@ -33,7 +33,7 @@ DryRun dry_run(const PointFiles& files, const BuildOptions& options, int threads
   run.survey = survey_points(sources, options);
   Weigher weigher;
   const Trial trial = try_build(sources, run.survey, options, [&](const MapLayout&) -> TileSink& { return weigher; });
-  run.forecast = forecast_build(run.survey, trial, weigher.bytes(), options, threads, 0);
+  run.forecast = forecast_build(run.survey, trial, weigher.bytes(), options, threads);
   return run;
 }
 

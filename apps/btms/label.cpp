@@ -2,11 +2,13 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "apps/btms/command.h"
 #include "apps/btms/inputs.h"
 #include "apps/btms/label_report.h"
+#include "apps/btms/memory_option.h"
 #include "apps/btms/open_map.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/stop_signal.h"
@@ -18,6 +20,7 @@ namespace {
 
 struct LabelCommand {
   CommonOptions common;
+  MemoryOption memory;
   std::string map, output;
   std::vector<std::string> inputs;
   bool force = false;
@@ -47,6 +50,13 @@ std::string check_cover(const PointFile& file, const LabelCounts& counts, const 
                      percent_text(static_cast<double>(counts.outside) / static_cast<double>(points)), map);
 }
 
+// What the tiles at hand may take of the memory: all but the program and what threads work on.
+std::size_t label_cache_bytes(std::uint64_t limit, int threads) {
+  const std::uint64_t aside = (std::uint64_t{32} << 20) + (std::uint64_t{8} << 20) * static_cast<unsigned>(threads);
+  return static_cast<std::size_t>(
+      std::min<std::uint64_t>(kLabelCacheBytes, limit > 2 * aside ? limit - aside : limit / 2));
+}
+
 int run_label(const LabelCommand& command) {
   const auto reader = open_map(command.map);
   const InputList list = expand_inputs(command.inputs);
@@ -56,6 +66,7 @@ int run_label(const LabelCommand& command) {
 
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
+  const std::size_t cache_bytes = label_cache_bytes(command.memory.limit(), threads->count());
   LabelReport report;
   report.warnings = list.warnings;
   ProgressDisplay display(command.common.progress_style());
@@ -67,7 +78,8 @@ int run_label(const LabelCommand& command) {
     const auto write = [&](std::uint64_t first, std::span<const Label> labels, PointBlock& block) {
       writer->write(first, labels, block);
     };
-    const LabelCounts counts = label_points(*file, *reader, reader->info().parameters, *threads, write, progress);
+    const LabelCounts counts =
+        label_points(*file, *reader, reader->info().parameters, *threads, write, progress, cache_bytes);
     throw_if_stopped();
     const std::string warning = check_cover(*file, counts, command.map);
     if (!warning.empty()) report.warnings.push_back(warning);
@@ -105,6 +117,7 @@ Command add_label(CLI::App& btms) {
       ->required()
       ->type_name("DIR");
   add_force_option(*app, command->force);
+  command->memory.add_to(*app, false);
   add_run_options(*app, command->common);
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_label(*command); }};

@@ -26,15 +26,15 @@ std::uint64_t available_memory_bytes() {
   for (std::string name, rest; meminfo >> name; std::getline(meminfo, rest))
     if (name == "MemAvailable:")
       if (std::uint64_t kib = 0; meminfo >> kib) available = kib * 1024;
-  const std::uint64_t limit = std::min(number_in("/sys/fs/cgroup/memory.max"),
-                                       number_in("/sys/fs/cgroup/memory/memory.limit_in_bytes"));
+  const std::uint64_t limit =
+      std::min(number_in("/sys/fs/cgroup/memory.max"), number_in("/sys/fs/cgroup/memory/memory.limit_in_bytes"));
   return std::min(available, limit);
 }
 
 void MemoryOption::add_to(CLI::App& app, bool with_spill) {
   app.add_option("--memory", bytes,
-                 "Memory to use, at least 128M (default: three quarters of what is free); what doesn't fit is parked "
-                 "on disk")
+                 std::string("Memory to use, at least 128M (default: three quarters of what is free)") +
+                     (with_spill ? "; what doesn't fit is parked on disk" : ""))
       ->transform(CLI::AsSizeValue(false))
       ->check(CLI::Range(kLeast_bytes, std::uint64_t{1} << 50))
       ->default_str("")

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "engine/error.h"
+#include "engine/tiling/spill.h"
 #include "io/store/map_folder.h"
 
 namespace btms {
@@ -64,6 +65,10 @@ void prepare_label_folder(const PointFiles& inputs, const fs::path& folder, bool
                   input->path().string());
   }
   refuse_existing(outputs, force);
+  std::uint64_t bytes = 0;  // what is replaced makes room
+  for (std::size_t i = 0; i < outputs.size(); ++i)
+    if (!fs::exists(outputs[i])) bytes += label_bytes(*inputs[i]);
+  require_disk(folder, bytes, "or choose another output folder");
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), folder.string());

@@ -17,7 +17,7 @@ void add_force_option(CLI::App& app, bool& force);
 void refuse_existing(std::span<const std::filesystem::path> outputs, bool force);
 
 // Makes the folder of a label file per input. Throws Error(kUsage) when two inputs would have the same output, an
-// output would be an input, or exists and `force` is not given.
+// output would be an input, or exists and `force` is not given; Error(kFailed) when the disk lacks the room.
 void prepare_label_folder(const PointFiles& inputs, const std::filesystem::path& folder, bool force);
 
 // Throws Error(kUsage) for a picture that is not NAME.png in a folder that exists, is an input, or lies inside a map;

@@ -219,13 +219,15 @@ void above_pass(const PassContext& context, const OrderedPoints& points, Finishe
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);  // the components this time
 
   Paged<TileSheets> joined(context.pager, tiles.size());
-  context.for_each_tile("join sheets", {reads(sheets), reads(tiles), writes(linked), writes(joined)}, [&](std::size_t i, int) {
-    const std::span<const Sheet> here = std::as_const(sheets[i]).values();
-    joined[i].components = std::move(linked[i].components);
-    for (const auto& [a, b] : linked[i].links) joined[i].links.push_back({here[a].component, here[b].component});
-    sort_unique(joined[i].links);
-    joined[i].sums = sums_of(sheets[i], tiles[i], rules);
-  });
+  context.for_each_tile("join sheets", {reads(sheets), reads(tiles), writes(linked), writes(joined)},
+                        [&](std::size_t i, int) {
+                          const std::span<const Sheet> here = std::as_const(sheets[i]).values();
+                          joined[i].components = std::move(linked[i].components);
+                          for (const auto& [a, b] : linked[i].links)
+                            joined[i].links.push_back({here[a].component, here[b].component});
+                          sort_unique(joined[i].links);
+                          joined[i].sums = sums_of(sheets[i], tiles[i], rules);
+                        });
   // What is gathered, and the sums that are made of it.
   const Pager::Claim claim(context.pager,
                            2 * bytes_in(joined, &TileSheets::components, &TileSheets::links, &TileSheets::sums));

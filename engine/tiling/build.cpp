@@ -8,6 +8,7 @@
 #include "engine/tiling/passes.h"
 #include "engine/tiling/point_bins.h"
 #include "engine/tiling/tile_table.h"
+#include "engine/tiling/working_set.h"
 
 namespace btms {
 namespace {
@@ -37,8 +38,9 @@ std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
 // The tiles leave the engine; what all ranks have made.
 void commit(const PassContext& context, FinishedTiles&& finished, TileSink& sink, BuildSummary& summary) {
   const CommitSummary done = commit_pass(context, std::move(finished), sink);
-  const auto sums = context.ranks.sum<std::uint64_t>(
-      {done.tiles, done.nodes(), done.observed, done.predicted, done.obstacle, done.filled, done.unknown});
+  const auto sums =
+      context.ranks.sum<std::uint64_t>({done.tiles, done.nodes(), done.observed, done.predicted, done.obstacle,
+                                        done.filled, done.unknown, context.pager.spill().bytes_written()});
   summary.tiles = sums[0];
   summary.nodes = sums[1];
   summary.observed = sums[2];
@@ -46,14 +48,21 @@ void commit(const PassContext& context, FinishedTiles&& finished, TileSink& sink
   summary.obstacle = sums[4];
   summary.filled = sums[5];
   summary.unknown = sums[6];
+  summary.spilled_bytes = sums[7];
   summary.digest = context.ranks.sum<Digest>({done.digest})[0];
 }
 
-// What points and nodes may take of the memory: all but the program itself and what threads work on.
-std::uint64_t paged_bytes(std::uint64_t memory_bytes, int threads) {
-  if (memory_bytes == kUnlimited_bytes) return kUnlimited_bytes;
-  const std::uint64_t aside = (std::uint64_t{32} << 20) + (std::uint64_t{24} << 20) * static_cast<unsigned>(threads);
-  return memory_bytes > 2 * aside ? memory_bytes - aside : memory_bytes / 2;
+// Before hours of work: is there room for what the budget doesn't hold?
+void check_disk(const std::filesystem::path& spill_folder, double held_bytes, double budget_bytes) {
+  if (held_bytes > budget_bytes)
+    require_disk(spill_folder, static_cast<std::uint64_t>(held_bytes - budget_bytes),
+                 "name another folder with --spill, or allow more --memory");
+}
+
+double nodes_of(const TileTable& table, int refinements) {
+  double nodes = 0;
+  for (const Tile& tile : table.tiles()) nodes += static_cast<double>(tile.box.cells()) * kTriangles;
+  return nodes * static_cast<double>(1 << (2 * refinements));
 }
 
 MapLayout finest_layout(const TileTable& coarsest, int levels) {
@@ -81,6 +90,10 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   const BinGrid grid = coarse_to_fine ? BinGrid(finest, 1 << (levels - 1)) : BinGrid(finest);
 
   Pager pager(paged_bytes(options.memory_bytes, threads.count()), options.spill_folder);
+  const double budget_bytes = static_cast<double>(paged_bytes(options.memory_bytes, threads.count())) * ranks.size();
+  double announced = 0;
+  for (const PointSource* source : sources) announced += static_cast<double>(source->size());
+  check_disk(options.spill_folder, announced * sizeof(BinnedPoint), budget_bytes);
   PointBins bins = PointBins::read(sources, grid, threads, ranks, pager, progress);
   const auto counts =
       ranks.sum<std::uint64_t>({bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range});
@@ -96,8 +109,10 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   watch.lap("partition", summary.phases);
 
   const std::int32_t reach = coarse_to_fine ? kDomainRings : complete_halo(p);
-  const TileTable table(occupied_bins(bins, ranks), coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells(options), reach,
-                        options.max_nodes, ranks.size(), levels - 1);
+  const TileTable table(occupied_bins(bins, ranks), coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells(options),
+                        reach, options.max_nodes, ranks.size(), levels - 1);
+  check_disk(options.spill_folder,
+             working_set_bytes(p, static_cast<double>(summary.points), nodes_of(table, levels - 1)), budget_bytes);
   bins.redistribute(ranks, [&](BinId bin) { return table.owner_of(bin); });
   summary.layout = finest_layout(table, levels);
   TileSink& tiles = sink(summary.layout);

@@ -56,6 +56,7 @@ struct BuildSummary {
   std::uint64_t nodes = 0;  // nodes with points, or with a surface
   std::uint64_t observed = 0, predicted = 0, obstacle = 0, filled = 0, unknown = 0;
   std::uint64_t components = 0, components_kept = 0;
+  std::uint64_t spilled_bytes = 0;  // written to the spill folder, in all
   std::vector<PhaseTime> phases;
 };
 
@@ -64,7 +65,9 @@ using SinkFactory = std::function<TileSink&(const MapLayout&)>;
 
 // Builds the model of all sources together. Collective over `ranks`: every rank passes the same sources and options,
 // and gets the same summary. Throws Error(kBadInput) when no point is left, Error(kUsage) above max_nodes (naming where
-// the points furthest out are), Error(kCancelled) when progress says stop, and whatever a source or the sink throws.
+// the points furthest out are), Error(kFailed) when the spill folder lacks the room that the
+// memory limit makes necessary (before the points are read, as far as that is known then), Error(kCancelled) when
+// progress says stop, and whatever a source or the sink throws.
 BuildSummary build_map(std::span<const PointSource* const> sources, const BuildOptions& options, const Threads& threads,
                        Ranks& ranks, const SinkFactory& sink, Progress& progress);
 

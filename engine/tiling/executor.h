@@ -40,8 +40,9 @@ class Ranks {
 
   // The same list on every rank: what all ranks contributed, by rank.
   template <class T>
-  std::vector<T> gather(const std::vector<T>& mine) {
+  std::vector<T> gather(std::vector<T> mine) {
     static_assert(std::is_trivially_copyable_v<T>);
+    if (size() == 1) return mine;
     Bytes bytes(mine.size() * sizeof(T));
     if (!mine.empty()) std::memcpy(bytes.data(), mine.data(), bytes.size());
     std::vector<T> all;

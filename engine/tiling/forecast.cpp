@@ -11,6 +11,7 @@
 #include "engine/tiling/level_passes.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/tile_table.h"
+#include "engine/tiling/working_set.h"
 
 namespace btms {
 namespace {
@@ -27,9 +28,11 @@ constexpr std::uint64_t kTrialReads = 8'000'000;  // at most, to find them
 // matter by their ratio: a trial tells how fast the machine is.
 struct Costs {
   double point_ns, node_ns;
-  double point_bytes, node_bytes;  // in memory, at the worst moment
+  double resident_node_bytes;                // of the working set's, what can't be parked
+  double spilled_of_all, spilled_of_excess;  // bytes written under a memory limit: what doesn't fit, pass after pass
 };
-constexpr Costs kCoarseToFineCosts{350, 660, 8.8, 88}, kFixedCosts{22, 1250, 8.8, 26};
+constexpr Costs kCoarseToFineCosts{350, 660, 15, 0.7, 1.4}, kFixedCosts{22, 1250, 4, 0.5, 1.3};
+constexpr double kWorker_bytes = 5e6;                      // of a thread, under a memory limit
 constexpr double kShardBytes = 27e3, kMapBytes = 37e3;     // of a shard, and of the whole, before the first node
 constexpr double kFilledShare = 0.25;                      // of the bytes of another node
 constexpr double kProgramBytes = 18e6, kPublish_s = 0.01;  // of any build
@@ -257,7 +260,7 @@ Trial try_build(std::span<const PointSource* const> sources, const PointSurvey& 
 }
 
 Forecast forecast_build(const PointSurvey& survey, const Trial& trial, std::uint64_t trial_map_bytes,
-                        const BuildOptions& options, int threads, std::uint64_t memory_limit_bytes) {
+                        const BuildOptions& options, int threads) {
   const Costs& costs = costs_of(options.parameters);
   const auto cost_s = [&](std::uint64_t points, std::uint64_t nodes) {
     return 1e-9 * (costs.point_ns * static_cast<double>(points) + costs.node_ns * static_cast<double>(nodes));
@@ -278,11 +281,13 @@ Forecast forecast_build(const PointSurvey& survey, const Trial& trial, std::uint
       coarse_to_fine(options.parameters) ? std::max(0.0, nodes - static_cast<double>(survey.nodes_with_points)) : 0;
   f.map_bytes =
       whole(kMapBytes + kShardBytes * static_cast<double>(survey.tiles) + node_map_bytes * stored_nodes(nodes, filled));
-  const double held_bytes = kProgramBytes + costs.point_bytes * points + costs.node_bytes * nodes;
-  f.memory_bytes = whole(held_bytes);
-  if (memory_limit_bytes > 0 && f.memory_bytes > memory_limit_bytes) {
-    f.memory_bytes = memory_limit_bytes;
-    f.spill_bytes = survey.points * sizeof(BinnedPoint);
+  const double held = working_set_bytes(options.parameters, points, nodes);
+  const double resident = costs.resident_node_bytes * nodes, paged = held - resident;
+  const double budget = static_cast<double>(paged_bytes(options.memory_bytes, threads));
+  f.memory_bytes = whole(kProgramBytes + held);
+  if (paged > budget) {
+    f.memory_bytes = whole(kProgramBytes + kWorker_bytes * threads + budget + resident);
+    f.spill_bytes = whole(costs.spilled_of_all * paged + costs.spilled_of_excess * (paged - budget));
   }
   return f;
 }

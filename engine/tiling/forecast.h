@@ -36,11 +36,11 @@ struct Forecast {
   double seconds = 0;
   std::uint64_t memory_bytes = 0;  // peak of the process
   std::uint64_t map_bytes = 0;     // on disk
-  std::uint64_t spill_bytes = 0;   // on disk for a time
+  std::uint64_t spill_bytes = 0;   // written to the spill folder, in all
 };
 
-// `trial_map_bytes` is what the trial's tiles take when they are stored; `memory_limit_bytes` 0 for no limit.
+// `trial_map_bytes` is what the trial's tiles take when they are stored.
 Forecast forecast_build(const PointSurvey& survey, const Trial& trial, std::uint64_t trial_map_bytes,
-                        const BuildOptions& options, int threads, std::uint64_t memory_limit_bytes);
+                        const BuildOptions& options, int threads);
 
 }  // namespace btms

@@ -114,7 +114,7 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
   }
   sort_unique(pairs);
 
-  const Verdicts verdicts(context.ranks.gather(components), context.ranks.gather(pairs),
+  const Verdicts verdicts(context.ranks.gather(std::move(components)), context.ranks.gather(std::move(pairs)),
                           static_cast<std::uint64_t>(context.parameters.keep_nodes));
   context.for_each_tile("merge", {writes(nodes), reads(links)}, [&](std::size_t i, int) {
     std::vector<NodeClass> verdict;  // by component of the tile

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "engine/terrain/components.h"
@@ -24,6 +25,7 @@ template <class Id>
 void sort_unique(std::vector<ComponentLink<Id>>& links) {
   std::sort(links.begin(), links.end());
   links.erase(std::unique(links.begin(), links.end()), links.end());
+  links.shrink_to_fit();  // they are kept for every tile
 }
 
 // What all tiles of all ranks have in one of their lists. Takes the lists: there may be much in them.

@@ -100,4 +100,14 @@ std::uint64_t free_disk_bytes(const std::filesystem::path& folder) {
   return std::uint64_t{disk.f_bavail} * disk.f_frsize;
 }
 
+void require_disk(const std::filesystem::path& folder, std::uint64_t bytes, const std::string& advice) {
+  const std::uint64_t free = free_disk_bytes(folder);
+  if (bytes <= free) return;
+  const auto megabytes = [](std::uint64_t b) { return std::to_string(b / 1'000'000) + " MB"; };
+  throw Error(
+      ErrorCode::kFailed,
+      megabytes(bytes) + " are needed on this disk, " + megabytes(free) + " are free: free some space, " + advice,
+      folder.string());
+}
+
 }  // namespace btms

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <mutex>
 #include <span>
+#include <string>
 
 namespace btms {
 
@@ -44,5 +45,8 @@ class Spill {
 
 // Bytes that can still be written in `folder` (or the nearest folder above that exists); UINT64_MAX when unknown.
 std::uint64_t free_disk_bytes(const std::filesystem::path& folder);
+
+// Throws Error(kFailed) when fewer are left, ending in what to do about it.
+void require_disk(const std::filesystem::path& folder, std::uint64_t bytes, const std::string& advice);
 
 }  // namespace btms

@@ -14,13 +14,14 @@ struct Format {
   const char* extension;
   std::unique_ptr<PointFile> (*open)(const std::filesystem::path&);
   const char* label_extension;  // nullptr: the input's own
+  std::uint64_t label_bytes;    // a point; 0: as many as the input
   std::unique_ptr<LabelWriter> (*create_labels)(const PointFile&, const std::filesystem::path&);
 };
 
 constexpr Format kFormats[] = {
-    {".las", open_las, nullptr, create_las_labels},
-    {".bin", open_kitti, ".label", create_kitti_labels},
-    {".pcd", open_pcd, ".labels", create_byte_labels},
+    {".las", open_las, nullptr, 0, create_las_labels},
+    {".bin", open_kitti, ".label", 4, create_kitti_labels},
+    {".pcd", open_pcd, ".labels", 1, create_byte_labels},
 };
 
 struct ClassFormat {
@@ -72,6 +73,11 @@ std::filesystem::path label_path(const std::filesystem::path& input, const std::
   std::filesystem::path output = folder / input.filename();
   if (format.label_extension != nullptr) output.replace_extension(format.label_extension);
   return output;
+}
+
+std::uint64_t label_bytes(const PointFile& input) {
+  const Format& format = row_for(kFormats, input.path());
+  return format.label_bytes > 0 ? format.label_bytes * input.size() : input.info().bytes;
 }
 
 std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder) {

@@ -71,6 +71,9 @@ class LabelWriter {
 // Output name: folder / input's name with the extension above.
 std::filesystem::path label_path(const std::filesystem::path& input, const std::filesystem::path& folder);
 
+// Size of that file.
+std::uint64_t label_bytes(const PointFile& input);
+
 // Writes to label_path(). Throws Error(kUsage) when it would be the input itself.
 std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder);
 
