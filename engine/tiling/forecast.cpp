@@ -31,7 +31,7 @@ struct Costs {
   double resident_node_bytes;                // of the working set's, what can't be parked
   double spilled_of_all, spilled_of_excess;  // bytes written under a memory limit: what doesn't fit, pass after pass
 };
-constexpr Costs kCoarseToFineCosts{350, 660, 15, 0.7, 1.4}, kFixedCosts{22, 1250, 4, 0.5, 1.3};
+constexpr Costs kCoarseToFineCosts{350, 660, 15, 0.7, 1.4}, kFixedCosts{22, 1250, 4, 0, 1.1};
 constexpr double kWorker_bytes = 5e6;                      // of a thread, under a memory limit
 constexpr double kShardBytes = 27e3, kMapBytes = 37e3;     // of a shard, and of the whole, before the first node
 constexpr double kFilledShare = 0.25;                      // of the bytes of another node

@@ -123,5 +123,10 @@ TEST(Paged, AFullDiskIsAnErrorAndLosesNothing) {
   std::signal(SIGXFSZ, handler);
 }
 
+TEST(Paged, ADiskWithoutTheRoomIsAnError) {
+  EXPECT_NO_THROW(require_disk(".", 0, "or not"));
+  EXPECT_THROW(require_disk(".", UINT64_MAX - 1, "or not"), Error);
+}
+
 }  // namespace
 }  // namespace btms
