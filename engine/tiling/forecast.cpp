@@ -35,7 +35,7 @@ constexpr Costs kCoarseToFineCosts{350, 660, 15, 0.7, 1.4}, kFixedCosts{22, 1250
 constexpr double kWorker_bytes = 5e6;                      // of a thread, under a memory limit
 constexpr double kShardBytes = 27e3, kMapBytes = 37e3;     // of a shard, and of the whole, before the first node
 constexpr double kFilledShare = 0.25;                      // of the bytes of another node
-constexpr double kProgramBytes = 18e6, kPublish_s = 0.01;  // of any build
+constexpr double kProgramBytes = 23e6, kPublish_s = 0.01;  // of any build
 constexpr double kSerialShare = 0.09;                      // of the time: what a second thread doesn't help
 
 bool coarse_to_fine(const Parameters& p) { return p.method == Method::kCoarseToFine; }
