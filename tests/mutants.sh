@@ -27,7 +27,7 @@ scatter-halo|engine/tiling/level_scatter.cpp|s/exchange_halo(coarsest, fields, k
 layer-step-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, corners, kStepHalo, /exchange_halo(context.table, corners, kStepHalo - 1, /
 layer-cost-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, costs, cost_halo, /exchange_halo(context.table, costs, cost_halo - 1, /
 sheet-halo|engine/tiling/above_pass.cpp|0,/exchange_halo(table, sheets, kLinkHalo, /s//exchange_halo(table, sheets, kLinkHalo - 1, /
-sheet-components-not-merged|engine/tiling/above_pass.cpp|s/gather_all(context.ranks, std::move(links)))/{})/
+sheet-components-not-merged|engine/tiling/above_pass.cpp|s/gather_all(context.ranks, joined, &TileSheets::links))/{})/
 sheet-joints-of-one-tile|engine/tiling/above_pass.cpp|s/^    to.joints += s.joints;/    to.joints = s.joints;/
 span-halo|engine/tiling/span_pass.cpp|s/exchange_halo(context.table, heights, span.halo(), /exchange_halo(context.table, heights, span.halo() \/ 3, /
 visiting-order|engine/tiling/link_pass.cpp|s/nodes_[[]merged_.root(c.id)[]] += c.nodes/nodes_[merged_.root(c.id)] = c.nodes/

@@ -119,7 +119,8 @@ int run_build(const BuildCommand& command) {
   options.tile_cells = parse_tile_cells(command.tile_cells);
   options.neighbours_by_lattice = command.neighbours == "lattice";
   options.max_nodes = command.max_nodes;
-  options.memory_bytes = command.memory.limit() / static_cast<unsigned>(executor.ranks);  // each has its own
+  options.memory_bytes = command.memory.limit();
+  if (options.memory_bytes != kUnlimited_bytes) options.memory_bytes /= static_cast<unsigned>(executor.ranks);
   options.spill_folder = command.memory.spill_folder(command.output);
   if (fs::exists(command.output) && !fs::is_directory(command.output))
     throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);

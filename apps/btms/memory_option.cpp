@@ -18,6 +18,13 @@ std::uint64_t number_in(const fs::path& file) {
   return in >> value ? value : UINT64_MAX;
 }
 
+// What a control group may still take.
+std::uint64_t left_in_group(const fs::path& limit_file, const fs::path& used_file) {
+  const std::uint64_t limit = number_in(limit_file), used = number_in(used_file);
+  if (limit == UINT64_MAX || used == UINT64_MAX) return limit;
+  return limit > used ? limit - used : 0;
+}
+
 }  // namespace
 
 std::uint64_t available_memory_bytes() {
@@ -26,9 +33,9 @@ std::uint64_t available_memory_bytes() {
   for (std::string name, rest; meminfo >> name; std::getline(meminfo, rest))
     if (name == "MemAvailable:")
       if (std::uint64_t kib = 0; meminfo >> kib) available = kib * 1024;
-  const std::uint64_t limit =
-      std::min(number_in("/sys/fs/cgroup/memory.max"), number_in("/sys/fs/cgroup/memory/memory.limit_in_bytes"));
-  return std::min(available, limit);
+  return std::min(
+      {available, left_in_group("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
+       left_in_group("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes")});
 }
 
 void MemoryOption::add_to(CLI::App& app, bool with_spill) {

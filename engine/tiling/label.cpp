@@ -194,10 +194,14 @@ BTMS_WIDE std::size_t end_inside(const Axis& col, const Axis& row, std::size_t f
     return static_cast<std::int32_t>(col.cell[i] >= box.col0) & static_cast<std::int32_t>(col.cell[i] < box.col1) &
            static_cast<std::int32_t>(row.cell[i] >= box.row0) & static_cast<std::int32_t>(row.cell[i] < box.row1);
   };
-  std::int32_t all = 1;
-  for (std::size_t i = first; i < n; ++i) all &= inside(i);
-  if (all != 0) return n;
+  constexpr std::size_t kAtOnce = 64;  // shuffled points leave the tile at once
   std::size_t end = first;
+  while (end + kAtOnce <= n) {
+    std::int32_t all = 1;
+    for (std::size_t i = 0; i < kAtOnce; ++i) all &= inside(end + i);
+    if (all == 0) break;
+    end += kAtOnce;
+  }
   while (end < n && inside(end) != 0) ++end;
   return end;
 }

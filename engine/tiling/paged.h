@@ -80,17 +80,17 @@ class Paged final : public PagedList {
           extent = spill.reserve(needed);
         }
         sizes.clear();
-      }
-      std::uint64_t at = extent.offset;
-      for_each_buffer(value, [&](auto& buffer) {
-        using Buffer = std::remove_reference_t<decltype(buffer)>;
-        if (changed) {
+        // All of it is on disk before any of it is freed: when the disk is full, the element is still whole.
+        std::vector<std::size_t> written;
+        std::uint64_t at = extent.offset;
+        for_each_buffer(value, [&](auto& buffer) {
           spill.write(at, {reinterpret_cast<const std::uint8_t*>(buffer.data()), raw_size(buffer)});
-          sizes.push_back(buffer.size());
-        }
-        at += raw_size(buffer);
-        Buffer().swap(buffer);
-      });
+          written.push_back(buffer.size());
+          at += raw_size(buffer);
+        });
+        sizes = std::move(written);
+      }
+      for_each_buffer(value, [](auto& buffer) { std::remove_reference_t<decltype(buffer)>().swap(buffer); });
     }
     void restore(const Spill& spill) override {
       std::uint64_t at = extent.offset;

@@ -13,8 +13,8 @@ constexpr std::uint64_t kTrim_bytes = std::uint64_t{16} << 20;
 
 void Pager::pin(Item& item) {
   std::unique_lock lock(mutex_);
-  if (failure_) std::rethrow_exception(failure_);
   moved_.wait(lock, [&] { return !item.moving_; });
+  if (failure_) std::rethrow_exception(failure_);
   ++item.pins_;
   if (item.idle_) {
     idle_items_.erase(item.place_);

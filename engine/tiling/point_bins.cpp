@@ -200,6 +200,7 @@ PointBins PointBins::read(std::span<const PointSource* const> sources, const Bin
 
   std::size_t pieces = 0;
   for (const auto& list : runs) pieces += list.size();
+  bins.listed_ = std::make_unique<Pager::Claim>(pager, pieces * (sizeof(Piece) + sizeof(BlockRun)));
   bins.pieces_.reserve(pieces);
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     bins.counts_.points += counts[i].points;
@@ -209,6 +210,7 @@ PointBins PointBins::read(std::span<const PointSource* const> sources, const Bin
       bins.pieces_.push_back({run.bin, static_cast<std::uint32_t>(i), run.first, run.size});
     runs[i] = {};
   }
+  bins.listed_ = std::make_unique<Pager::Claim>(pager, pieces * sizeof(Piece));
   bins.group();
   return bins;
 }
@@ -218,7 +220,8 @@ PointBins::PointBins(PointBins&& o) noexcept
       blocks_(std::move(o.blocks_)),
       pieces_(std::move(o.pieces_)),
       first_piece_(std::move(o.first_piece_)),
-      counts_(o.counts_) {
+      counts_(o.counts_),
+      listed_(std::move(o.listed_)) {
   o.blocks_.clear();
 }
 

@@ -127,6 +127,7 @@ class PointBins {
   std::vector<Piece> pieces_;             // ascending by bin
   std::vector<std::size_t> first_piece_;  // of every bin
   Counts counts_;
+  std::unique_ptr<Pager::Claim> listed_;  // what the pieces take
 };
 
 }  // namespace btms

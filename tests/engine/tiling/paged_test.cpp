@@ -101,6 +101,15 @@ TEST(Paged, AMissingFolderIsAnError) {
   EXPECT_THROW(list.edit(1), Error);
 }
 
+// Of two buffers, the second doesn't fit a file of 4096 bytes.
+struct Pair {
+  Numbers small, large;
+  template <class Fn>
+  void for_each_buffer(const Fn& fn) {
+    fn(small), fn(large);
+  }
+};
+
 TEST(Paged, AFullDiskIsAnErrorAndLosesNothing) {
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -109,9 +118,10 @@ TEST(Paged, AFullDiskIsAnErrorAndLosesNothing) {
   setrlimit(RLIMIT_FSIZE, &little);
   {
     Pager pager(0, ".");
-    Paged<Numbers> list(pager, 2);
-    *list.edit(0) = numbers_of(0);
-    EXPECT_EQ(list[0], numbers_of(0));
+    Paged<Pair> list(pager, 2);
+    *list.edit(0) = {{1, 2, 3}, numbers_of(0)};
+    EXPECT_EQ(list[0].small, (Numbers{1, 2, 3})) << "freed before the rest was written";
+    EXPECT_EQ(list[0].large, numbers_of(0));
     try {
       list.view(0);
       ADD_FAILURE();
