@@ -116,9 +116,11 @@ void LevelNeighbourhood::choose(const Square& square) {
 }
 
 BTMS_WIDE std::size_t LevelNeighbourhood::find(double x3, double y3, double reach3, std::uint32_t* found) const {
-  constexpr double kRounding = 1.001;  // of floats
+  // A little more than the reach: floats round products, and positions far from the corner of a huge tile.
+  constexpr double kProducts = 1.001, kPositions = 0x1p-22;
   const auto x = static_cast<float>(x3), y = static_cast<float>(y3);
-  const auto squared = static_cast<float>(reach3 * reach3 * kRounding * kRounding);
+  const double reach = reach3 * kProducts + (std::abs(x3) + std::abs(y3) + 4 * reach3) * kPositions;
+  const auto squared = static_cast<float>(reach * reach);
   std::size_t n = 0;
   for (std::size_t i = 0; i < chosen_; i += kBlock) {
     std::array<std::uint32_t, kBlock> is_near;
