@@ -77,26 +77,18 @@ BTMS_INLINE Sum lanes_to(const Lanes& v) {
   else
     return __builtin_convertvector(v, Sum);
 }
-template <class Sum>
-BTMS_INLINE Lanes to_lanes(const Sum& v) {
-  if constexpr (std::is_same_v<Sum, Lanes>)
-    return v;
-  else
-    return __builtin_convertvector(v, Lanes);
-}
-
-// The same where the integers are small, without a conversion AVX2 hasn't got.
 BTMS_INLINE LongLanes lane_bits(const Lanes& v) {
   LongLanes out;
   std::memcpy(&out, &v, sizeof out);
   return out;
 }
-// Precondition: integers below 2^51.
+// Without a conversion AVX2 hasn't got. Precondition: integers below 2^51.
 BTMS_INLINE LongLanes small_integers(const Lanes& v) {
   return lane_bits(v + kIntegerMagic) - lane_bits(Lanes{} + kIntegerMagic);
 }
+BTMS_INLINE Lanes to_lanes(const Lanes& v) { return v; }
 // Any integers; fast below 2^51.
-BTMS_INLINE Lanes mostly_small_lanes(const LongLanes& v) {
+BTMS_INLINE Lanes to_lanes(const LongLanes& v) {
   if (any_lane((v >= kBelowMagic) | (v <= -kBelowMagic))) return __builtin_convertvector(v, Lanes);
   const LongLanes shifted = v + lane_bits(Lanes{} + kIntegerMagic);
   Lanes out;

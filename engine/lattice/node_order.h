@@ -40,7 +40,7 @@ class NodeOrder {
   std::size_t finest_nodes() const { return numbers_.back().size(); }
 
  private:
-  std::vector<std::vector<std::uint16_t>> numbers_;  // 2^16 is enough for 7 refinements
+  std::vector<std::vector<std::uint16_t>> numbers_;  // 2^16 are enough: at most 5 refinements
 };
 
 }  // namespace btms

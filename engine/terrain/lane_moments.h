@@ -47,16 +47,14 @@ BTMS_INLINE LongLanes equal(const Moments<Sum>& a, const Moments<Sum>& b) {
 
 // n Sab - Sa Sb, exact, then one rounding to double.
 template <class Sum>
-BTMS_INLINE Lanes central(const Moments<Sum>& m, const Sum& ab, const Sum& a, const Sum& b) {
-  if constexpr (std::is_same_v<Sum, Lanes>) {
-    const Lanes whole = m.n * ab, means = a * b;
-    if (!any_lane((abs_lanes(whole) >= kExactInDouble) | (abs_lanes(means) >= kExactInDouble))) return whole - means;
-  }
+BTMS_INLINE Lanes central(const Sum& n, const Sum& ab, const Sum& a, const Sum& b) {
+  const Lanes whole = to_lanes(n) * to_lanes(ab), means = to_lanes(a) * to_lanes(b);
+  if (!any_lane((abs_lanes(whole) >= kExactInDouble) | (abs_lanes(means) >= kExactInDouble))) return whole - means;
   Lanes out{};
   for (std::size_t k = 0; k < kLanes; ++k)
-    out[k] = static_cast<double>(
-        static_cast<__int128>(static_cast<std::int64_t>(m.n[k])) * static_cast<std::int64_t>(ab[k]) -
-        static_cast<__int128>(static_cast<std::int64_t>(a[k])) * static_cast<std::int64_t>(b[k]));
+    out[k] =
+        static_cast<double>(static_cast<__int128>(static_cast<std::int64_t>(n[k])) * static_cast<std::int64_t>(ab[k]) -
+                            static_cast<__int128>(static_cast<std::int64_t>(a[k])) * static_cast<std::int64_t>(b[k]));
   return out;
 }
 
@@ -64,8 +62,9 @@ BTMS_INLINE Lanes central(const Moments<Sum>& m, const Sum& ab, const Sum& a, co
 template <class Sum>
 BTMS_INLINE SymmetricMatrices covariance(const Moments<Sum>& m) {
   const Lanes n = to_lanes(m.n), scale = 1.0 / (n * n);
-  return {central(m, m.xx, m.x, m.x) * scale, central(m, m.xy, m.x, m.y) * scale, central(m, m.xz, m.x, m.z) * scale,
-          central(m, m.yy, m.y, m.y) * scale, central(m, m.yz, m.y, m.z) * scale, central(m, m.zz, m.z, m.z) * scale};
+  return {central(m.n, m.xx, m.x, m.x) * scale, central(m.n, m.xy, m.x, m.y) * scale,
+          central(m.n, m.xz, m.x, m.z) * scale, central(m.n, m.yy, m.y, m.y) * scale,
+          central(m.n, m.yz, m.y, m.z) * scale, central(m.n, m.zz, m.z, m.z) * scale};
 }
 
 }  // namespace btms

@@ -69,7 +69,7 @@ BTMS_INLINE Lanes spread(std::span<const LevelTerms> terms, const Lanes& mean) {
     squares += small_integers(k * e * e);
     sum += small_integers(k);
   }
-  return sum > 0 ? sqrt_lanes(mostly_small_lanes(squares) / mostly_small_lanes(sum)) : Lanes{};
+  return sum > 0 ? sqrt_lanes(to_lanes(squares) / to_lanes(sum)) : Lanes{};
 }
 
 }  // namespace
@@ -182,13 +182,13 @@ BTMS_WIDE void complete_level_square(LevelNode* nodes, const std::array<bool, kT
     n = near.find(3.0 * centre_x_mm, 3.0 * centre_y_mm, 3 * largest + rules.r_mm(), scratch.found.data());
     sums = weigh(near, {scratch.found.data(), n}, to, radius, rules.first() ? q.first_tilt : q.tilt, rise_mm,
                  scratch.terms.data());
-    const LongLanes few = wants & (mostly_small_lanes(sums.k) <= enough);
+    const LongLanes few = wants & (to_lanes(sums.k) <= enough);
     if (doublings == 0 || !any_lane(few)) break;
     radius = few ? 2.0 * radius : radius;
     largest *= 2;
   }
   const std::span<const LevelTerms> used{scratch.terms.data(), n};
-  const Lanes s = mostly_small_lanes(sums.k), z = mostly_small_lanes(sums.kz);
+  const Lanes s = to_lanes(sums.k), z = to_lanes(sums.kz);
   const Lanes shrunk = z / (s + (rules.first() ? 0.0 : q.shrink * kKernelUnit)), sd = spread(used, z / s);
   const Lanes support = s / kKernelUnit;
   const Lanes weight = (q.completed_weight * support / (support + 1.0) + q.least_weight) * kWeightUnit;

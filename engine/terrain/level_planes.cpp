@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/lattice/lanes.h"
+#include "engine/terrain/lane_moments.h"
 #include "engine/terrain/moments.h"
 
 namespace btms {
@@ -42,13 +43,13 @@ BTMS_INLINE Lanes weight_of(const Lanes& steps) {
   return steps < double{kWeightSteps} ? w : none;
 }
 
-struct LaneMoments {
+struct WeightedMoments {
   LongLanes n{}, x{}, y{}, z{}, xx{}, xy{}, xz{}, yy{}, yz{}, rr{};
 };
 
-BTMS_INLINE LaneMoments weigh(const GatedPoints& p, std::size_t longest, const LanePlane& plane,
-                              const Lanes& steps_per_residual, bool with_residuals) {
-  LaneMoments m;
+BTMS_INLINE WeightedMoments weigh(const GatedPoints& p, std::size_t longest, const LanePlane& plane,
+                                  const Lanes& steps_per_residual, bool with_residuals) {
+  WeightedMoments m;
   for (std::size_t begin = 0; begin < longest; begin += kExactPoints) {
     const std::size_t end = std::min(begin + kExactPoints, longest);
     Lanes n{}, sx{}, sy{}, sz{}, xx{}, xy{}, xz{}, yy{}, yz{}, rr{};
@@ -82,18 +83,6 @@ BTMS_INLINE LaneMoments weigh(const GatedPoints& p, std::size_t longest, const L
     m.rr += small_integers(rr);
   }
   return m;
-}
-
-// n ab - a b, exact, then one rounding to double.
-BTMS_INLINE Lanes central(const LongLanes& n, const LongLanes& ab, const LongLanes& a, const LongLanes& b) {
-  const Lanes whole = mostly_small_lanes(n) * mostly_small_lanes(ab),
-              means = mostly_small_lanes(a) * mostly_small_lanes(b);
-  constexpr double kExact = 9007199254740992.0;  // 2^53
-  if (!any_lane((whole >= kExact) | (whole <= -kExact) | (means >= kExact) | (means <= -kExact))) return whole - means;
-  Lanes out{};
-  for (std::size_t k = 0; k < kLanes; ++k)
-    out[k] = static_cast<double>(static_cast<__int128>(n[k]) * ab[k] - static_cast<__int128>(a[k]) * b[k]);
-  return out;
 }
 
 }  // namespace
@@ -148,14 +137,14 @@ BTMS_WIDE std::array<FittedPlane, GatedPoints::kLanes> fit_planes(const GatedPoi
   LongLanes fitted = LongLanes{} - 1;
   for (int fit = 0; fit < rules.fits; ++fit) {
     const bool last = fit == rules.fits - 1;
-    const LaneMoments m = weigh(points, longest, plane, last ? last_steps : steps, last);
-    const Lanes n = mostly_small_lanes(m.n), n2 = n * n;
+    const WeightedMoments m = weigh(points, longest, plane, last ? last_steps : steps, last);
+    const Lanes n = to_lanes(m.n), n2 = n * n;
     weight = n / double{kWeightOne};
     fitted &= weight >= rules.least_weight;
     if (!any_lane(fitted)) break;
-    mx = mostly_small_lanes(m.x) / n;
-    my = mostly_small_lanes(m.y) / n;
-    mz = mostly_small_lanes(m.z) / n;
+    mx = to_lanes(m.x) / n;
+    my = to_lanes(m.y) / n;
+    mz = to_lanes(m.z) / n;
     // Covariances (mm^2) times the weight, plus the ridge towards the prior's slope.
     const Lanes ridge = rules.ridge_per_weight ? rules.ridge_mm2 * (1.0 / weight) : Lanes{} + rules.ridge_mm2;
     const Lanes cxx = central(m.n, m.xx, m.x, m.x) / n2 + ridge, cxy = central(m.n, m.xy, m.x, m.y) / n2;
@@ -167,7 +156,7 @@ BTMS_WIDE std::array<FittedPlane, GatedPoints::kLanes> fit_planes(const GatedPoi
     gy = clamp_lanes((cyz * cxx - cxz * cxy) / det, kSteepestFit);
     plane = {floor_lanes(gx * FixedLevelPlane::kUnit + 0.5), floor_lanes(gy * FixedLevelPlane::kUnit + 0.5),
              floor_lanes((mz - gx * mx - gy * my) * FixedLevelPlane::kUnit + 0.5)};
-    mean_square = mostly_small_lanes(m.rr) / n;
+    mean_square = to_lanes(m.rr) / n;
   }
   std::array<FittedPlane, kLanes> out;
   for (std::size_t k = 0; k < kLanes; ++k)

@@ -140,8 +140,9 @@ BTMS_INLINE Moments<Sum> select(const LanePoints& p, const FixedPlanes& plane, d
 // Least-squares planes z = a x + b y + c through the selected points; says for which nodes they determine one.
 template <class Sum>
 BTMS_INLINE LongLanes fit_planes(const Moments<Sum>& m, FixedPlanes& plane) {
-  const Lanes cxx = central(m, m.xx, m.x, m.x), cxy = central(m, m.xy, m.x, m.y), cyy = central(m, m.yy, m.y, m.y);
-  const Lanes cxz = central(m, m.xz, m.x, m.z), cyz = central(m, m.yz, m.y, m.z);
+  const Lanes cxx = central(m.n, m.xx, m.x, m.x), cxy = central(m.n, m.xy, m.x, m.y),
+              cyy = central(m.n, m.yy, m.y, m.y);
+  const Lanes cxz = central(m.n, m.xz, m.x, m.z), cyz = central(m.n, m.yz, m.y, m.z);
   const Lanes det = cxx * cyy - cxy * cxy, n = to_lanes(m.n);
   const LongLanes fitted = (n >= 3.0) & (det > 1e-6 * cxx * cyy);
   const Lanes a = clamp_lanes((cxz * cyy - cyz * cxy) / det, kSteepestFit);

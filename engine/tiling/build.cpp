@@ -5,10 +5,10 @@
 
 #include "engine/error.h"
 #include "engine/tiling/level_passes.h"
+#include "engine/tiling/memory_budget.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/point_bins.h"
 #include "engine/tiling/tile_table.h"
-#include "engine/tiling/working_set.h"
 
 namespace btms {
 namespace {
@@ -86,7 +86,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   const int levels = level_count(p);
   const bool coarse_to_fine = p.method == Method::kCoarseToFine;
   const Lattice finest(resolution_mm(p)), coarsest(resolution_mm(p) << (levels - 1));
-  // Coarse to fine, a bin is one cell of the coarsest level: it lies in one tile, and is sorted by node of the finest level in OrderedPoints.
+  // Coarse to fine, a bin is one cell of the coarsest level: it lies in one tile.
   const BinGrid grid = coarse_to_fine ? BinGrid(finest, 1 << (levels - 1)) : BinGrid(finest);
 
   Pager pager(paged_bytes(options.memory_bytes, threads.count()), options.spill_folder);

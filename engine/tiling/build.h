@@ -34,8 +34,8 @@ struct BuildOptions {
   bool neighbours_by_lattice = false;       // scan the lattice instead of querying nanoflann; same bits, for tests
   std::uint64_t memory_bytes = kUnlimited_bytes;  // of the whole process; what doesn't fit is parked on disk
   std::filesystem::path spill_folder = ".";       // where it is parked
-  std::uint64_t max_nodes = std::uint64_t{1}
-                            << 28;  // halos included; refuse larger maps before allocating (24 bytes a node)
+  // Halos included; larger maps are refused before anything is allocated.
+  std::uint64_t max_nodes = std::uint64_t{1} << 28;
 };
 
 // Edge of a tile in cells of the coarsest level: what `tile_cells` says or means.

@@ -9,9 +9,9 @@
 
 #include "engine/error.h"
 #include "engine/tiling/level_passes.h"
+#include "engine/tiling/memory_budget.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/tile_table.h"
-#include "engine/tiling/working_set.h"
 
 namespace btms {
 namespace {

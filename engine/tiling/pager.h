@@ -20,7 +20,7 @@ inline constexpr std::uint64_t kUnlimited_bytes = UINT64_MAX;
 // Thread-safe. The budget is soft: what is pinned at a time stays in memory whatever its size.
 class Pager {
  public:
-  // Something that can be parked. Its owner outlives no pager.
+  // Something that can be parked. The pager outlives it.
   class Item {
    public:
     virtual ~Item() = default;
@@ -70,7 +70,10 @@ class Pager {
     const std::lock_guard lock(mutex_);
     return backwards_ = !backwards_;
   }
-  std::uint64_t peak_bytes() const { return peak_; }
+  std::uint64_t peak_bytes() {
+    const std::lock_guard lock(mutex_);
+    return peak_;
+  }
 
  private:
   void take(std::uint64_t bytes) noexcept;

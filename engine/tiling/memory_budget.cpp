@@ -1,4 +1,4 @@
-#include "engine/tiling/working_set.h"
+#include "engine/tiling/memory_budget.h"
 
 #include "engine/tiling/pager.h"
 
