@@ -175,7 +175,8 @@ void Drive::make_drift(std::uint64_t seed) {
   double height = 0;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     const double along = static_cast<double>(i) * options_.step_m;
-    const double nose = strength * (pitch.at(along) - pitch.at(0)), side = strength * (roll.at(along) - roll.at(0));
+    const double grown = strength * fade(clamp_unit(along / kDriftLength_m));  // none at the start
+    const double nose = grown * pitch.at(along), side = grown * roll.at(along);
     if (i > 0) height += nose * options_.step_m;
     Pose pose = tilted(poses_[i], nose, side);
     pose.place_m[2] += height;

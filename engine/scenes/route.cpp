@@ -13,7 +13,7 @@ namespace btms {
 namespace {
 
 constexpr double kCell_m = 0.5;
-constexpr double kHalfWidth_m = 1.1, kShy_m = 2.2;    // from things: never nearer, better not
+constexpr double kHalfWidth_m = 0.85, kShy_m = 2.2;   // from things: never nearer, better not
 constexpr double kLowest_m = 0.15, kHighest_m = 2.5;  // above the ground: what is in the way
 constexpr double kSteepest = 1;
 constexpr double kFarthest_m = 400;                   // from the middle of the area
@@ -131,9 +131,9 @@ class Plan {
   // What carries a vehicle in a cell, the ground there, and what stands on it.
   struct Places {
     std::vector<double> support, ground;
-    std::vector<std::uint8_t> solid, leafy;
+    std::vector<std::uint8_t> solid, near, leafy;
   };
-  void mark(const Body& body, Places& places) const;
+  void mark(const Body& body, Places& places);
 
   // Keeps a loop about its radius away from the hub.
   double ring_cost(std::int32_t i) const {
@@ -160,10 +160,10 @@ class Plan {
   std::vector<std::uint8_t> reached_;
 };
 
-void Plan::mark(const Body& body, Places& places) const {
+void Plan::mark(const Body& body, Places& places) {
   const Object& o = body.object;
-  constexpr double kNear_m = 0.36;  // half a cell's diagonal: thin walls count too
-  const Box b = o.bounds(kNear_m);
+  const bool leaves = body.matter == Matter::kLeaves, deck = o.form == Form::kDeck;
+  const Box b = o.bounds(leaves || deck ? 0 : kShy_m);
   for (std::int32_t r = std::max(0, row(b.y0_m)); r <= std::min(rows_ - 1, row(b.y1_m)); ++r)
     for (std::int32_t c = std::max(0, column(b.x0_m)); c <= std::min(columns_ - 1, column(b.x1_m)); ++c) {
       const std::int32_t i = index(c, r);
@@ -172,11 +172,12 @@ void Plan::mark(const Body& body, Places& places) const {
       const auto in_the_way = [&](const std::optional<Extent>& e) {
         return e && e->low_m < z + kHighest_m && e->high_m > z + kLowest_m;
       };
-      if (body.matter == Matter::kSolid) {
-        const bool met = o.top(x(i), y(i)) || o.beside(x(i), y(i), kNear_m);
-        if (met && in_the_way(extent_over(body, {ground, ground}))) places.solid[k] = 1;
-      } else if (in_the_way(extent_at(body, x(i), y(i), ground))) {
-        (body.matter == Matter::kPlate ? places.solid : places.leafy)[k] = 1;
+      if (leaves || deck) {
+        if (in_the_way(extent_at(body, x(i), y(i), ground))) (leaves ? places.leafy : places.solid)[k] = 1;
+      } else if (in_the_way(extent_over(body, {ground, ground}))) {
+        const bool inside = o.top(x(i), y(i)).has_value();
+        if (inside || o.beside(x(i), y(i), kHalfWidth_m)) cells_[k].blocked = true;
+        if (inside || o.beside(x(i), y(i), kShy_m)) places.near[k] = 1;
       }
     }
 }
@@ -184,7 +185,7 @@ void Plan::mark(const Body& body, Places& places) const {
 void Plan::survey(const World& world) {
   const std::size_t n = cells_.size();
   Places places{std::vector<double>(n), std::vector<double>(n), std::vector<std::uint8_t>(n),
-                std::vector<std::uint8_t>(n)};
+                std::vector<std::uint8_t>(n), std::vector<std::uint8_t>(n)};
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(n); ++i) {
     const auto k = static_cast<std::size_t>(i);
     const auto street = world.street_m(x(i), y(i));
@@ -205,7 +206,6 @@ void Plan::survey(const World& world) {
         slope[next] = std::max(slope[next], s);
       }
     }
-  std::vector<std::uint8_t> near(n);
   const auto reach = static_cast<std::int32_t>(kShy_m / kCell_m);
   for (std::int32_t r = 0; r < rows_; ++r)
     for (std::int32_t c = 0; c < columns_; ++c) {
@@ -220,12 +220,12 @@ void Plan::survey(const World& world) {
           const double d2 = kCell_m * kCell_m * (dr * dr + dc * dc);
           const auto other = static_cast<std::size_t>(index(cc, rr));
           if (d2 <= kHalfWidth_m * kHalfWidth_m) cells_[other].blocked = true;
-          near[other] = 1;
+          places.near[other] = 1;
         }
     }
   for (std::size_t k = 0; k < n; ++k)
-    cells_[k].cost +=
-        2.0 * near[k] + 6.0 * places.leafy[k] + 6 * slope[k] * slope[k] + (has_streets_ && !cells_[k].street ? 20 : 0);
+    cells_[k].cost += 2.0 * places.near[k] + 6.0 * places.leafy[k] + 6 * slope[k] * slope[k] +
+                      (has_streets_ && !cells_[k].street ? 20 : 0);
 }
 
 // The cheapest paths from a cell to all others, or to the goal. `cut`: none crosses the line east of the hub.
