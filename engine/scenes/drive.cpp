@@ -119,7 +119,7 @@ Pose tilted(const Pose& pose, double pitch, double roll) {
   const Direction p = direction(pitch), r = direction(roll);
   const Vector forward = pose.turned({p.c, 0, p.s});
   const Vector left = pose.turned({-p.s * r.s, r.c, p.c * r.s});
-  const Vector up = cross(forward, left);
+  const Vector up = pose.turned({-p.s * r.c, -r.s, p.c * r.c});
   return {{forward[0], left[0], up[0], forward[1], left[1], up[1], forward[2], left[2], up[2]}, pose.place_m};
 }
 
@@ -127,16 +127,20 @@ struct Look {
   std::uint32_t label;
   double reflectance;
 };
-Look look_of(const Object& o, bool on_top) {
-  switch (o.label) {
+Look look_of(const World& world, const Ray& ray, const RayHit& hit) {
+  if (hit.object == nullptr) {
+    const bool street = world.street_m(ray.x_m + ray.dx * hit.range_m, ray.y_m + ray.dy * hit.range_m).has_value();
+    return street ? Look{40, 0.22} : Look{72, 0.3};
+  }
+  switch (hit.object->label) {
     case SceneClass::kLowVegetation:
       return {70, 0.35};
     case SceneClass::kHighVegetation:
-      return o.opacity < 1 ? Look{70, 0.35} : Look{71, 0.3};
+      return hit.object->opacity < 1 ? Look{70, 0.35} : Look{71, 0.3};
     case SceneClass::kBuilding:
       return {50, 0.4};
     case SceneClass::kBridgeDeck:
-      return on_top ? Look{40, 0.25} : Look{52, 0.4};
+      return hit.on_top ? Look{40, 0.25} : Look{52, 0.4};
     case SceneClass::kVehicle:
       return {10, 0.55};
     case SceneClass::kCeiling:
@@ -151,10 +155,13 @@ Look look_of(const Object& o, bool on_top) {
 Drive::Drive(const SceneOptions& scene, const DriveOptions& drive)
     : options_(drive), seed_(scene.seed), world_(make_world(scene.name, scene.seed)), rays_(rays_of(drive)) {
   const auto area = Scene::create(scene);
-  origin_x_m_ = area->origin_x_m();
-  origin_y_m_ = area->origin_y_m();
   const Box box{kBorder_m, kBorder_m, area->width_m() - kBorder_m, area->height_m() - kBorder_m};
   make_poses(plan_route(*world_, box, static_cast<double>(drive.scans) * drive.step_m));
+  for (Pose& pose : poses_) {
+    places_.push_back(pose.place_m);
+    pose.place_m[0] += area->origin_x_m();
+    pose.place_m[1] += area->origin_y_m();
+  }
   make_drift(scene.seed);
 }
 
@@ -162,10 +169,7 @@ void Drive::make_poses(const std::vector<ScenePlace>& route) {
   const Line line(route);
   for (std::size_t i = 0; i < options_.scans; ++i) {
     const double along = static_cast<double>(i) * options_.step_m;
-    Pose pose = standing(*world_, line.at(along), line.ahead(along), options_.sensor_height_m);
-    pose.place_m[0] += origin_x_m_;
-    pose.place_m[1] += origin_y_m_;
-    poses_.push_back(pose);
+    poses_.push_back(standing(*world_, line.at(along), line.ahead(along), options_.sensor_height_m));
   }
 }
 
@@ -184,39 +188,28 @@ void Drive::make_drift(std::uint64_t seed) {
   }
 }
 
-std::uint32_t Drive::label_at(const Ray& ray, const RayHit& hit) const {
-  if (hit.object != nullptr) return look_of(*hit.object, hit.on_top).label;
-  return world_->street_m(ray.x_m + ray.dx * hit.range_m, ray.y_m + ray.dy * hit.range_m) ? 40 : 72;
-}
-
 void Drive::scan(std::size_t first, std::size_t last, std::span<std::vector<DrivePoint>> scans) const {
   if (first >= last) return;
-  const auto local = [&](std::size_t i) {
-    const Vector& p = poses_[i].place_m;
-    return Vector{p[0] - origin_x_m_, p[1] - origin_y_m_, p[2]};
-  };
-  Box box{local(first)[0], local(first)[1], local(first)[0], local(first)[1]};
+  Box box{places_[first][0], places_[first][1], places_[first][0], places_[first][1]};
   for (std::size_t i = first; i < last; ++i) {
-    const Vector p = local(i);
+    const Vector& p = places_[i];
     box = {std::min(box.x0_m, p[0]), std::min(box.y0_m, p[1]), std::max(box.x1_m, p[0]), std::max(box.y1_m, p[1])};
   }
   const Surroundings around(*world_, box.grown(options_.range_m));
   for (std::size_t i = first; i < last; ++i) {
     Random random(hash_at(seed_ ^ 0x5ca9, static_cast<std::int64_t>(i)));
-    const Vector p = local(i);
+    const Vector& p = places_[i];
     for (const Vector& in_sensor : rays_) {
       const Vector d = poses_[i].turned(in_sensor);
       const Ray ray{p[0], p[1], p[2], d[0], d[1], d[2]};
       const auto hit = around.first_hit(ray, options_.range_m);
       if (!hit) continue;
       const double range = hit->range_m + options_.noise_m * random.bell();
-      const std::uint32_t label = label_at(ray, *hit);
-      const double bright = hit->object != nullptr ? look_of(*hit->object, hit->on_top).reflectance
-                            : label == 40          ? 0.22
-                                                   : 0.3;
+      const Look look = look_of(*world_, ray, *hit);
       scans[i - first].push_back({static_cast<float>(range * in_sensor[0]), static_cast<float>(range * in_sensor[1]),
                                   static_cast<float>(range * in_sensor[2]),
-                                  static_cast<float>(std::clamp(bright + 0.04 * random.bell(), 0.0, 1.0)), label});
+                                  static_cast<float>(std::clamp(look.reflectance + 0.04 * random.bell(), 0.0, 1.0)),
+                                  look.label});
     }
   }
 }

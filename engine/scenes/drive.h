@@ -54,14 +54,13 @@ class Drive {
  private:
   void make_poses(const std::vector<ScenePlace>& route);
   void make_drift(std::uint64_t seed);
-  std::uint32_t label_at(const struct Ray& ray, const struct RayHit& hit) const;
 
   DriveOptions options_;
   std::uint64_t seed_;
   std::unique_ptr<World> world_;
-  double origin_x_m_, origin_y_m_;
   std::vector<Pose> poses_, drifting_;
-  std::vector<std::array<double, 3>> rays_;  // unit vectors in the sensor's frame
+  std::vector<std::array<double, 3>> places_;  // of poses_, from the scene's corner: the same wherever that is
+  std::vector<std::array<double, 3>> rays_;    // unit vectors in the sensor's frame
 };
 
 }  // namespace btms
