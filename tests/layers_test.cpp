@@ -49,6 +49,7 @@ const std::map<std::string, std::set<std::string>>& allowed() {
       {"engine/tiling", {"engine/lattice", "engine/terrain", "engine/model"}},
       {"engine/metrics", {"engine/lattice", "engine/model"}},
       {"engine/scenes", {"engine/lattice"}},
+      {"engine/accumulation", {"engine/lattice", "engine/terrain", "engine/tiling"}},
   };
   return rules;
 }

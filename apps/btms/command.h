@@ -24,5 +24,6 @@ Command add_digest(CLI::App& btms);
 Command add_eval(CLI::App& btms);
 Command add_params(CLI::App& btms);
 Command add_synth(CLI::App& btms);
+Command add_accumulate(CLI::App& btms);
 
 }  // namespace btms

@@ -1,62 +1,20 @@
 #include "io/points/trajectory.h"
 
-#include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <optional>
 #include <string>
-#include <string_view>
 
 #include "engine/error.h"
 #include "engine/lattice/coordinates.h"
-#include "io/files/read_file.h"
+#include "io/points/number_lines.h"
 
 namespace btms {
-namespace {
-
-constexpr std::uint64_t kLimit_bytes = std::uint64_t{1} << 30;
-
-constexpr std::string_view kSeparators = " \t,\r", kByteOrderMark = "\xEF\xBB\xBF";
-
-// The numbers of a line, each followed by a separator or the line's end; nothing where a word is no number.
-std::optional<std::vector<double>> numbers(std::string_view line) {
-  std::vector<double> out;
-  while (true) {
-    line.remove_prefix(std::min(line.find_first_not_of(kSeparators), line.size()));
-    if (line.empty()) return out;
-    std::string_view word = line.substr(0, line.find_first_of(kSeparators));
-    line.remove_prefix(word.size());
-    if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);  // from_chars knows no plus
-    double value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc{} || end != word.data() + word.size()) return {};
-    out.push_back(value);
-  }
-}
-
-}  // namespace
 
 std::vector<TrajectoryPoint> read_trajectory(const std::filesystem::path& file) {
-  const std::vector<std::uint8_t> bytes = read_file(file, kLimit_bytes, ErrorCode::kUsage);
-  std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   std::vector<TrajectoryPoint> out;
-  std::size_t columns = 0;  // of the first pose, and so of all
-  for (std::size_t line_number = 1; !text.empty(); ++line_number) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    const std::size_t first = line.find_first_not_of(" \t\r");
-    if (first == std::string_view::npos || line[first] == '#') continue;
+  for (const auto& [line, v] : read_number_lines(file, "pose")) {
     const auto refuse = [&](const std::string& what) {
-      throw Error(ErrorCode::kBadInput, "line " + std::to_string(line_number) + ": " + what, file.string());
+      throw Error(ErrorCode::kBadInput, "line " + std::to_string(line) + ": " + what, file.string());
     };
-    const auto found = numbers(line);
-    if (!found) refuse("a word is no number");
-    const std::vector<double>& v = *found;
-    if (columns == 0) columns = v.size();
-    if (v.size() != columns)
-      refuse("found " + std::to_string(v.size()) + " numbers, the first pose has " + std::to_string(columns));
     double x = 0, y = 0, z = 0;
     if (v.size() == 3)
       x = v[0], y = v[1], z = v[2];
@@ -74,7 +32,6 @@ std::vector<TrajectoryPoint> read_trajectory(const std::filesystem::path& file) 
                    static_cast<std::int64_t>(std::floor(y * 1000 + 0.5)),
                    static_cast<std::int32_t>(std::floor(z * 1000 + 0.5))});
   }
-  if (out.empty()) throw Error(ErrorCode::kBadInput, "there is no pose in it", file.string());
   return out;
 }
 

@@ -1,0 +1,324 @@
+// btms accumulate: scans, poses and labels in, one thinned partial map with truth out (paper III-B).
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "apps/btms/command.h"
+#include "apps/btms/inputs.h"
+#include "apps/btms/outputs.h"
+#include "apps/btms/report.h"
+#include "apps/btms/stop_signal.h"
+#include "engine/accumulation/ground_alignment.h"
+#include "engine/accumulation/voxel_map.h"
+#include "engine/error.h"
+#include "engine/metrics/metrics.h"
+#include "engine/tiling/scan_segmenter.h"
+#include "io/files/atomic_file.h"
+#include "io/points/las_writer.h"
+#include "io/points/pose_files.h"
+#include "io/points/pose_text.h"
+
+namespace btms {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kTogether = 16;  // scans read at a time
+
+struct AccumulateCommand {
+  CommonOptions common;
+  std::string scans, labels, poses, calibration, output, written_poses;
+  double voxel_m = 0.2;
+  double sensor_height_m = semantic_kitti_rules().sensor_height_m;
+  std::uint64_t first = 0;
+  std::optional<std::uint64_t> last;
+  bool align_ground = false;
+  bool force = false;
+};
+
+struct Scan {
+  std::unique_ptr<PointFile> file;
+  fs::path labels;  // empty: none
+  Pose pose;
+};
+
+// The number in a scan's name, as SemanticKITTI names them by their line in the file of poses.
+std::optional<std::size_t> number_of(const fs::path& scan) {
+  const std::string stem = scan.stem().string();
+  if (stem.empty() || stem.size() > 9 ||
+      !std::all_of(stem.begin(), stem.end(), [](unsigned char c) { return std::isdigit(c); }))
+    return {};
+  return std::stoul(stem);
+}
+
+fs::path labels_of(const fs::path& scan, const std::string& folder) {
+  if (folder.empty()) return {};
+  for (const char* extension : {".label", ".labels"})
+    if (const fs::path path = fs::path(folder) / (scan.stem().string() + extension); fs::exists(path)) return path;
+  throw Error(ErrorCode::kUsage, "--labels: there is no " + scan.stem().string() + ".label in " + folder,
+              scan.string());
+}
+
+std::vector<Scan> find_scans(const AccumulateCommand& command) {
+  const std::string arguments[] = {command.scans};
+  const InputList list = expand_inputs(arguments);
+  std::vector<Pose> poses = read_poses(command.poses);
+  if (!command.calibration.empty()) {
+    const Pose to_camera = read_calibration(command.calibration), back = to_camera.inverse();
+    for (Pose& pose : poses) pose = back.after(pose).after(to_camera);
+  }
+  const bool numbered = std::all_of(list.paths.begin(), list.paths.end(),
+                                    [](const fs::path& path) { return number_of(path).has_value(); });
+  if (!numbered && poses.size() != list.paths.size())
+    throw Error(ErrorCode::kUsage,
+                fmt::format("found {} poses for {} scans: name the scans by their line (000000.bin is the first), or "
+                            "give one pose a scan",
+                            poses.size(), list.paths.size()),
+                command.poses);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < list.paths.size(); ++i) {
+    const std::size_t number = numbered ? *number_of(list.paths[i]) : i;
+    if (number < command.first || (command.last && number > *command.last)) continue;
+    if (number >= poses.size())
+      throw Error(ErrorCode::kUsage, fmt::format("there is no pose for it: {} has {}", command.poses, poses.size()),
+                  list.paths[i].string());
+    scans.push_back({open_points(list.paths[i]), labels_of(list.paths[i], command.labels), poses[number]});
+  }
+  if (scans.empty()) throw Error(ErrorCode::kUsage, "--first and --last leave no scan", command.scans);
+  return scans;
+}
+
+// Empty without labels.
+std::vector<std::uint32_t> classes_of(const Scan& scan) {
+  if (scan.labels.empty()) return {};
+  std::vector<std::uint32_t> classes = read_classes(scan.labels);
+  if (classes.size() != scan.file->size())
+    throw Error(
+        ErrorCode::kBadInput,
+        fmt::format("found {} labels, expected {} as in {}", classes.size(), scan.file->size(), scan.file->name()),
+        scan.labels.string());
+  return classes;
+}
+
+// Of a class, `z_m` above the sensor.
+PointKind kind_of(std::uint32_t label, double z_m, const TruthRules& rules) {
+  const auto is = [&](const std::vector<std::uint32_t>& classes) {
+    return std::find(classes.begin(), classes.end(), label) != classes.end();
+  };
+  if (is(rules.ignored)) return PointKind::kIgnored;
+  if (is(rules.ambiguous))
+    return z_m < -0.25 * rules.sensor_height_m ? PointKind::kAmbiguousLow : PointKind::kAmbiguousHigh;
+  return is(rules.terrain) ? PointKind::kTerrain : PointKind::kObject;
+}
+
+// The points of a scan in the map frame; what the reader dropped is left out.
+std::vector<AccumulatedPoint> points_of(const Scan& scan, const TruthRules& rules) {
+  const std::vector<std::uint32_t> classes = classes_of(scan);
+  PointBlock block;
+  scan.file->read(0, static_cast<std::size_t>(scan.file->size()), block);
+  std::vector<AccumulatedPoint> points;
+  points.reserve(block.size());
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    if (block.x_mm[i] == PointBlock::kDroppedX) continue;
+    const double z_m = block.z_mm[i] * 0.001;
+    const auto place =
+        scan.pose.to_map({static_cast<double>(block.x_mm[i]) * 0.001, static_cast<double>(block.y_mm[i]) * 0.001, z_m});
+    const auto mm = [](double m) { return std::llround(m * 1000); };
+    if (std::abs(place[2]) * 1000 > kMaxVertical_mm) continue;
+    points.push_back({mm(place[0]), mm(place[1]), static_cast<std::int32_t>(mm(place[2])),
+                      classes.empty() ? PointKind::kObject : kind_of(classes[i], z_m, rules)});
+  }
+  return points;
+}
+
+AlignedPoses align(std::vector<Scan>& scans, const Threads& threads, Progress& progress) {
+  progress.begin("align", scans.size(), "scans");
+  std::vector<ScanSegmenter> segmenters;
+  for (int i = 0; i < threads.count(); ++i) segmenters.emplace_back(preset("single-scan"));
+  std::vector<std::vector<GroundPatch>> ground(scans.size());
+  threads.for_each(scans.size(), [&](std::size_t i, int worker) {
+    throw_if_stopped();
+    PointBlock points;
+    const PointFile& file = *scans[i].file;
+    if (file.size() > 0) {
+      file.read(0, static_cast<std::size_t>(file.size()), points);
+      ground[i] = ground_patches(points, segmenters[static_cast<std::size_t>(worker)].segment(file));
+    }
+    progress.advance(1);
+  });
+  std::vector<Pose> poses;
+  for (const Scan& scan : scans) poses.push_back(scan.pose);
+  AlignedPoses aligned = align_ground(ground, poses);
+  for (std::size_t i = 0; i < scans.size(); ++i) scans[i].pose = aligned.poses[i];
+  return aligned;
+}
+
+// As `btms eval --label-map partial-map` reads them.
+constexpr std::uint8_t las_class(PointKind kind) {
+  switch (kind) {
+    case PointKind::kTerrain:
+      return 2;
+    case PointKind::kAmbiguousLow:
+      return 3;
+    case PointKind::kAmbiguousHigh:
+      return 5;
+    case PointKind::kObject:
+      return 1;
+    case PointKind::kIgnored:
+      break;
+  }
+  return 0;
+}
+
+std::array<std::uint64_t, kPointKinds> write_map(const VoxelMap& map, LasWriter& writer) {
+  std::array<std::uint64_t, kPointKinds> counts{};
+  std::vector<LasPoint> records;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    const AccumulatedPoint p = map.point(i);
+    ++counts[static_cast<std::size_t>(p.kind)];
+    records.push_back({p.x_mm, p.y_mm, p.z_mm, las_class(p.kind), 0});
+    if (records.size() == 65536 || i + 1 == map.size()) {
+      writer.append(records);
+      records.clear();
+    }
+  }
+  return counts;
+}
+
+void print_accumulate(const AccumulateCommand& command, std::size_t scans, std::uint64_t points, const VoxelMap& map,
+                      const std::array<std::uint64_t, kPointKinds>& counts, const std::optional<AlignedPoses>& aligned,
+                      double seconds) {
+  const auto count = [&](PointKind kind) { return counts[static_cast<std::size_t>(kind)]; };
+  const std::uint64_t ambiguous = count(PointKind::kAmbiguousLow) + count(PointKind::kAmbiguousHigh);
+  if (command.common.json) {
+    Json json{{"output", command.output},
+              {"scans", scans},
+              {"points", points},
+              {"voxels", map.size()},
+              {"terrain", count(PointKind::kTerrain)},
+              {"object", count(PointKind::kObject)},
+              {"ambiguous", ambiguous},
+              {"ignored", count(PointKind::kIgnored)}};
+    if (aligned)
+      json["alignment"] = {{"smear_before_m", tidy(aligned->smear_before_m)},
+                           {"smear_after_m", tidy(aligned->smear_after_m)},
+                           {"largest_correction_m", tidy(aligned->largest_m)},
+                           {"largest_tilt_deg", tidy(aligned->largest_tilt_deg)}};
+    json["seconds"] = tidy(seconds);
+    return print_json(json);
+  }
+  if (aligned)
+    print_line(
+        fmt::format("ground of one place, lowest to highest scan: {:.3f} m before, {:.3f} m aligned; poses were "
+                    "corrected by up to {:.3f} m and {:.2f} deg",
+                    aligned->smear_before_m, aligned->smear_after_m, aligned->largest_m, aligned->largest_tilt_deg));
+  if (!command.labels.empty())
+    print_line(fmt::format("{} terrain, {} object, {} ambiguous, {} ignored", grouped(count(PointKind::kTerrain)),
+                           grouped(count(PointKind::kObject)), grouped(ambiguous),
+                           grouped(count(PointKind::kIgnored))));
+  print_line(fmt::format("{}  {} of {} points in {}, {}", command.output, counted(map.size(), "voxel"), grouped(points),
+                         counted(scans, "scan"), seconds_text(seconds)));
+}
+
+int run_accumulate(const AccumulateCommand& command) {
+  std::vector<fs::path> outputs{command.output};
+  if (fs::path(command.output).extension() != ".las")
+    throw Error(ErrorCode::kUsage, "--output: expected NAME.las", command.output);
+  if (!command.written_poses.empty()) outputs.push_back(command.written_poses);
+  refuse_existing(outputs, command.force);
+  std::vector<Scan> scans = find_scans(command);
+  const auto writer = LasWriter::create(command.output);
+
+  watch_stop_signals();
+  const auto threads = make_threads(command.common.thread_count());
+  ProgressDisplay progress(command.common.progress_style());
+  const auto begun = std::chrono::steady_clock::now();
+  std::optional<AlignedPoses> aligned;
+  if (command.align_ground) aligned = align(scans, *threads, progress);
+
+  TruthRules rules = semantic_kitti_rules();
+  rules.sensor_height_m = command.sensor_height_m;
+  progress.begin("accumulate", scans.size(), "scans");
+  VoxelMap map(static_cast<std::int32_t>(std::llround(command.voxel_m * 1000)));
+  std::uint64_t points = 0;
+  for (std::size_t begin = 0; begin < scans.size(); begin += kTogether) {
+    std::vector<std::vector<AccumulatedPoint>> batch(std::min(kTogether, scans.size() - begin));
+    threads->for_each(batch.size(), [&](std::size_t i, int) {
+      throw_if_stopped();
+      batch[i] = points_of(scans[begin + i], rules);
+      progress.advance(1);
+    });
+    for (const auto& some : batch) {
+      map.add(some);
+      points += some.size();
+    }
+  }
+  if (map.size() == 0) throw Error(ErrorCode::kBadInput, "the scans have no finite point", command.scans);
+  const auto counts = write_map(map, *writer);
+  if (!command.written_poses.empty()) {
+    std::vector<Pose> poses;
+    for (const Scan& scan : scans) poses.push_back(scan.pose);
+    const std::string text = kitti_poses(poses);
+    write_file(command.written_poses, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  }
+  writer->commit();
+  progress.finish();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begun;
+  print_accumulate(command, scans.size(), points, map, counts, aligned, seconds.count());
+  return 0;
+}
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  btms synth --scene city --drive -o drive\n"
+    "  btms accumulate --scans drive/velodyne --labels drive/labels --poses drive/poses_drifting.txt --align-ground "
+    "\\\n"
+    "      --write-poses aligned.txt -o partial.las\n"
+    "  btms build partial.las -o partial.btms --preset partial-map --trajectory aligned.txt\n"
+    "  btms accumulate --scans sequences/00/velodyne --labels sequences/00/labels --poses sequences/00/poses.txt \\\n"
+    "      --calib sequences/00/calib.txt -o partial.las\n"
+    "\n"
+    "A voxel gives one point: the mean of what fell into it, with the kind most of it has. Classes of the map, as\n"
+    "`btms eval --label-map partial-map` reads them: 2 terrain, 1 object (also without --labels), 0 ignored, 3 and 5\n"
+    "vegetation that counts as terrain or as object, which its height in the frame of its scan decides.\n"
+    "Poses: KITTI (12 numbers a line) or TUM (8). Scans that are named by numbers belong to these lines (000000.bin "
+    "to\n"
+    "the first), others one by one. With --calib the poses are a camera's, and the map's frame is the first scan's.\n"
+    "--align-ground corrects height, roll and pitch of the poses until scans that overlap see one ground.";
+
+}  // namespace
+
+Command add_accumulate(CLI::App& btms) {
+  auto command = std::make_shared<AccumulateCommand>();
+  CLI::App* app = btms.add_subcommand("accumulate", "Make one thinned map of many scans, with their poses and labels");
+  app->footer(kFooter);
+  app->add_option("--scans", command->scans, "Folder or glob of scans")->required()->type_name("PATH");
+  app->add_option("--poses", command->poses, "Poses, KITTI or TUM")->required()->type_name("FILE");
+  app->add_option("-o,--output", command->output, "The map, NAME.las")->required()->type_name("FILE");
+  app->add_option("--labels", command->labels, "Folder of labels, SemanticKITTI's")->type_name("DIR");
+  app->add_option("--calib", command->calibration, "Calibration with a line `Tr:`, where poses are a camera's")
+      ->type_name("FILE");
+  app->add_option("--first", command->first, "First scan, by its number")->type_name("N");
+  app->add_option("--last", command->last, "Last scan")->type_name("N");
+  app->add_option("--voxel", command->voxel_m, "Edge of a voxel in metres")
+      ->check(CLI::Range(0.01, 10.0))
+      ->type_name("D");
+  app->add_option(
+         "--sensor-height", command->sensor_height_m,
+         "Of the sensor above ground, in metres: vegetation lower than a quarter of it under the sensor counts "
+         "as terrain")
+      ->check(CLI::Range(0.0, 100.0))
+      ->type_name("H");
+  app->add_flag("--align-ground", command->align_ground, "Take the drift of height, roll and pitch out of the poses");
+  app->add_option("--write-poses", command->written_poses, "Also write the poses used, KITTI format, map frame")
+      ->type_name("FILE");
+  add_force_option(*app, command->force);
+  add_run_options(*app, command->common);
+  add_output_options(*app, command->common);
+  return {app, {command, &command->common}, [command] { return run_accumulate(*command); }};
+}
+
+}  // namespace btms
