@@ -12,15 +12,16 @@
 namespace btms {
 namespace {
 
-constexpr double kPatch_m = 1, kSquare_m = 2;
+constexpr double kPatch_m = 0.5, kSquare_m = 0.5;
+constexpr double kRoughest_m = 0.05;    // standard deviation of heights in a patch: above it, it is no bare ground
 constexpr double kNoise_m = 0.03;       // of a scan's ground in a square
 constexpr double kSquareSlope = 0.3;    // squares are this steep at most times
 constexpr double kStepHeight_m = 0.05;  // what odometry may lose from a scan to the next
-constexpr double kStepTilt = 0.01;      // radians
+constexpr double kStepTilt = 0.002;     // radians
 constexpr double kFirstPose = 1e-5;     // how firmly the first one is held: metres, radians
 constexpr std::size_t kScansForSmear = 3;
 // Residuals from here on count less and less; from wide to narrow, so that a loop that is off by metres still closes.
-constexpr double kScales_m[] = {0.5, 0.15, 0.06, 0.06, 0.06};
+constexpr double kScales_m[] = {0.5, 0.15, 0.06, 0.03, 0.03, 0.03};
 constexpr int kLinearisations = 2;
 
 using Correction = Eigen::Vector3d;  // of a scan: height, and slopes along x and y about the sensor's place
@@ -32,7 +33,7 @@ struct Square {
 
 // The ground that one scan saw in one square, map frame.
 struct Sighting {
-  Eigen::Index scan, square;
+  std::size_t scan, square;
   double x_m, y_m;    // from the square's centre
   double dx_m, dy_m;  // from the sensor
   double z_m;
@@ -42,7 +43,7 @@ struct Sighting {
 // Sightings scan by scan; squares that one scan alone saw are left out.
 struct Sightings {
   std::vector<Sighting> all;
-  Eigen::Index squares = 0;
+  std::vector<std::vector<std::size_t>> by_square;  // which of them lie in it
 };
 
 Sightings find_sightings(std::span<const std::vector<GroundPatch>> ground, std::span<const Pose> poses) {
@@ -50,7 +51,10 @@ Sightings find_sightings(std::span<const std::vector<GroundPatch>> ground, std::
     double x = 0, y = 0, z = 0, n = 0;
   };
   std::vector<std::map<Square, Sum>> sums(ground.size());
-  std::map<Square, std::pair<std::size_t, Eigen::Index>> seen;  // by how many scans; the square's number
+  struct Seen {
+    std::size_t scans = 0, number = 0;
+  };
+  std::map<Square, Seen> seen;
   for (std::size_t i = 0; i < ground.size(); ++i) {
     for (const GroundPatch& patch : ground[i]) {
       const auto [x, y, z] = poses[i].to_map({patch.x_m, patch.y_m, patch.z_m});
@@ -58,86 +62,113 @@ Sightings find_sightings(std::span<const std::vector<GroundPatch>> ground, std::
                           static_cast<std::int64_t>(std::floor(y / kSquare_m))}];
       sum = {sum.x + x, sum.y + y, sum.z + z, sum.n + 1};
     }
-    for (const auto& entry : sums[i]) ++seen[entry.first].first;
+    for (const auto& entry : sums[i]) ++seen[entry.first].scans;
   }
   Sightings out;
-  for (auto& [square, count] : seen) count.second = count.first > 1 ? out.squares++ : -1;
+  std::size_t squares = 0;
+  for (auto& entry : seen)
+    if (entry.second.scans > 1) entry.second.number = squares++;
+  out.by_square.resize(squares);
   for (std::size_t i = 0; i < ground.size(); ++i)
     for (const auto& [square, sum] : sums[i]) {
-      const Eigen::Index number = seen.at(square).second;
-      if (number < 0) continue;
+      const Seen& by = seen.at(square);
+      if (by.scans < 2) continue;
       const double x = sum.x / sum.n, y = sum.y / sum.n;
-      out.all.push_back({static_cast<Eigen::Index>(i), number, x - (static_cast<double>(square.col) + 0.5) * kSquare_m,
+      out.by_square[by.number].push_back(out.all.size());
+      out.all.push_back({i, by.number, x - (static_cast<double>(square.col) + 0.5) * kSquare_m,
                          y - (static_cast<double>(square.row) + 0.5) * kSquare_m, x - poses[i].place_m[0],
                          y - poses[i].place_m[1], sum.z / sum.n});
     }
   return out;
 }
 
-// Unknowns: three numbers a scan, then the plane of each square (height and slopes).
-struct Unknowns {
-  Eigen::Index scans, squares;
-  Eigen::Index size() const { return 3 * (scans + squares); }
-  Eigen::Index scan(const Sighting& s) const { return 3 * s.scan; }
-  Eigen::Index plane(const Sighting& s) const { return 3 * (scans + s.square); }
+Correction lever(const Sighting& s) { return {1, s.dx_m, s.dy_m}; }
+Eigen::Vector3d place(const Sighting& s) { return {1, s.x_m, s.y_m}; }
+
+// Planes of squares, given the corrections: those are eliminated (Schur) from the equations of the scans.
+struct Planes {
+  std::vector<Eigen::Matrix3d> inverse;  // of a square's own normal matrix
+
+  explicit Planes(const Sightings& sightings) {
+    const double pull = kNoise_m * kNoise_m / (kSquareSlope * kSquareSlope);
+    inverse.assign(sightings.by_square.size(), Eigen::Vector3d(0, pull, pull).asDiagonal());
+    for (const Sighting& s : sightings.all) inverse[s.square] += s.weight * place(s) * place(s).transpose();
+    for (Eigen::Matrix3d& m : inverse) m = m.inverse().eval();
+  }
+
+  std::vector<Eigen::Vector3d> solve(const Sightings& sightings, std::span<const Correction> corrections) const {
+    std::vector<Eigen::Vector3d> planes(inverse.size(), Eigen::Vector3d::Zero());
+    for (const Sighting& s : sightings.all)
+      planes[s.square] += s.weight * (s.z_m + lever(s).dot(corrections[s.scan])) * place(s);
+    for (std::size_t k = 0; k < planes.size(); ++k) planes[k] = inverse[k] * planes[k];
+    return planes;
+  }
 };
 
-// How far a sighting lies off its square's plane.
-double residual(const Sighting& s, const Unknowns& unknowns, const Eigen::VectorXd& solution) {
-  const auto correction = solution.segment<3>(unknowns.scan(s)), plane = solution.segment<3>(unknowns.plane(s));
-  return s.z_m + correction.dot(Correction(1, s.dx_m, s.dy_m)) - plane.dot(Eigen::Vector3d(1, s.x_m, s.y_m));
+double off_plane_m(const Sighting& s, std::span<const Correction> corrections,
+                   std::span<const Eigen::Vector3d> planes) {
+  return s.z_m + lever(s).dot(corrections[s.scan]) - planes[s.square].dot(place(s));
 }
 
-// The normal equations of one reweighted step.
-class Problem {
- public:
-  Problem(const Sightings& sightings, const Unknowns& unknowns, std::span<const Correction> so_far)
-      : size_(unknowns.size()), right_(Eigen::VectorXd::Zero(size_)) {
-    for (const Sighting& s : sightings.all) {
-      const Eigen::Index scan = unknowns.scan(s), plane = unknowns.plane(s);
-      const Eigen::Index at[] = {scan, scan + 1, scan + 2, plane, plane + 1, plane + 2};
-      const double factors[] = {1, s.dx_m, s.dy_m, -1, -s.x_m, -s.y_m};
-      add(at, factors, -s.z_m, s.weight / (kNoise_m * kNoise_m));
-    }
-    for (Eigen::Index k = 3 * unknowns.scans; k < size_; k += 3)
-      for (const Eigen::Index slope : {k + 1, k + 2}) pull_to_zero(slope, kSquareSlope);
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      pull_to_zero(axis, kFirstPose);
-      const double step = axis == 0 ? kStepHeight_m : kStepTilt;
-      for (Eigen::Index i = 1; i < unknowns.scans; ++i) {
-        const Eigen::Index at[] = {3 * i + axis, 3 * (i - 1) + axis};
-        const double factors[] = {1, -1};
-        const auto k = static_cast<std::size_t>(i);
-        add(at, factors, so_far[k - 1][axis] - so_far[k][axis], 1 / (step * step));
+// The corrections that make weighted least squares of the sightings' distances from their planes, of what corrections
+// change from scan to scan, and of the first one.
+std::vector<Correction> solve(const Sightings& sightings, std::span<const Correction> so_far) {
+  const std::size_t scans = so_far.size();
+  const Planes eliminated(sightings);
+  const std::vector<Correction> none(scans, Correction::Zero());
+  const std::vector<Eigen::Vector3d> planes = eliminated.solve(sightings, none);
+
+  std::vector<Eigen::Triplet<double>> entries;  // lower triangle
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * scans));
+  std::vector<Eigen::Matrix3d> row(scans);
+  std::vector<std::size_t> met;  // columns of the row that hold something
+  std::vector<char> is_met(scans, 0);
+  auto next = sightings.all.begin();
+  for (std::size_t i = 0; i < scans; ++i) {
+    const auto add = [&](std::size_t k, const Eigen::Matrix3d& block) {
+      if (!is_met[k]) row[k].setZero(), met.push_back(k), is_met[k] = 1;
+      row[k] += block;
+    };
+    Correction b = Correction::Zero();
+    for (; next != sightings.all.end() && next->scan == i; ++next) {
+      const Sighting& s = *next;
+      const Eigen::Vector3d shared = eliminated.inverse[s.square] * place(s);
+      add(i, s.weight * lever(s) * lever(s).transpose());
+      for (const std::size_t o : sightings.by_square[s.square]) {
+        const Sighting& other = sightings.all[o];
+        if (other.scan > i) break;
+        add(other.scan, -s.weight * other.weight * shared.dot(place(other)) * lever(s) * lever(other).transpose());
       }
+      b -= s.weight * off_plane_m(s, none, planes) * lever(s);
     }
-  }
-
-  Eigen::VectorXd solve() const {
-    Eigen::SparseMatrix<double> matrix(size_, size_);
-    matrix.setFromTriplets(entries_.begin(), entries_.end());
-    return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right_);
-  }
-
- private:
-  // factors . unknowns = value
-  void add(std::span<const Eigen::Index> at, std::span<const double> factors, double value, double weight) {
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      right_[at[i]] += weight * factors[i] * value;
-      for (std::size_t k = 0; k < at.size(); ++k)
-        if (at[k] <= at[i])
-          entries_.emplace_back(static_cast<int>(at[i]), static_cast<int>(at[k]), weight * factors[i] * factors[k]);
+    const auto pull = [&](double sigma) { return kNoise_m * kNoise_m / (sigma * sigma); };
+    const Correction step(pull(kStepHeight_m), pull(kStepTilt), pull(kStepTilt));
+    if (i == 0) add(0, Correction::Constant(pull(kFirstPose)).asDiagonal());
+    if (i > 0) {
+      add(i, step.asDiagonal());
+      add(i - 1, (-step).asDiagonal());
+      b += step.cwiseProduct(so_far[i - 1] - so_far[i]);
     }
+    if (i + 1 < scans) {
+      add(i, step.asDiagonal());
+      b += step.cwiseProduct(so_far[i + 1] - so_far[i]);
+    }
+    for (const std::size_t k : met) {
+      is_met[k] = 0;
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c)
+          entries.emplace_back(static_cast<int>(3 * i) + r, static_cast<int>(3 * k) + c, row[k](r, c));
+    }
+    met.clear();
+    right.segment<3>(static_cast<Eigen::Index>(3 * i)) = b;
   }
-  void pull_to_zero(Eigen::Index at, double sigma) {
-    const double one = 1;
-    add({&at, 1}, {&one, 1}, 0, 1 / (sigma * sigma));
-  }
-
-  Eigen::Index size_;
-  std::vector<Eigen::Triplet<double>> entries_;  // lower triangle
-  Eigen::VectorXd right_;
-};
+  Eigen::SparseMatrix<double> matrix(right.size(), right.size());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::VectorXd solution = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
+  std::vector<Correction> corrections(scans);
+  for (std::size_t i = 0; i < scans; ++i) corrections[i] = solution.segment<3>(static_cast<Eigen::Index>(3 * i));
+  return corrections;
+}
 
 // Raises the sensor by c[0] and tilts what it saw so that ground rises by c[1] along x and c[2] along y.
 Pose corrected(const Pose& pose, const Correction& c) {
@@ -160,25 +191,15 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-double smear_m(const Sightings& sightings) {
-  std::vector<std::vector<const Sighting*>> by_square(static_cast<std::size_t>(sightings.squares));
-  for (const Sighting& s : sightings.all) by_square[static_cast<std::size_t>(s.square)].push_back(&s);
+double smear_m(const Sightings& sightings, std::size_t scans) {
+  const std::vector<Correction> none(scans, Correction::Zero());
+  const std::vector<Eigen::Vector3d> planes = Planes(sightings).solve(sightings, none);
   std::vector<double> ranges;
-  for (const auto& seen : by_square) {
+  for (const auto& seen : sightings.by_square) {
     if (seen.size() < kScansForSmear) continue;
-    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    const double pull = kNoise_m * kNoise_m / (kSquareSlope * kSquareSlope);
-    matrix(1, 1) = matrix(2, 2) = pull;
-    for (const Sighting* s : seen) {
-      const Eigen::Vector3d at(1, s->x_m, s->y_m);
-      matrix += at * at.transpose();
-      right += at * s->z_m;
-    }
-    const Eigen::Vector3d plane = matrix.ldlt().solve(right);
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const Sighting* s : seen) {
-      const double off = s->z_m - plane.dot(Eigen::Vector3d(1, s->x_m, s->y_m));
+    for (const std::size_t i : seen) {
+      const double off = off_plane_m(sightings.all[i], none, planes);
       low = std::min(low, off);
       high = std::max(high, off);
     }
@@ -191,7 +212,7 @@ double smear_m(const Sightings& sightings) {
 
 std::vector<GroundPatch> ground_patches(const PointBlock& points, std::span<const Label> labels) {
   struct Sum {
-    std::int64_t x = 0, y = 0, z = 0, n = 0;
+    std::int64_t x = 0, y = 0, z = 0, zz = 0, n = 0;
   };
   constexpr auto kPatch_mm = static_cast<std::int64_t>(kPatch_m * 1000);
   constexpr double kRange_mm = kGroundRange_m * 1000;
@@ -201,14 +222,15 @@ std::vector<GroundPatch> ground_patches(const PointBlock& points, std::span<cons
     const std::int64_t x = points.x_mm[i], y = points.y_mm[i];
     if (std::hypot(static_cast<double>(x), static_cast<double>(y)) > kRange_mm) continue;
     Sum& sum = sums[{floor_div(x, kPatch_mm), floor_div(y, kPatch_mm)}];
-    sum = {sum.x + x, sum.y + y, sum.z + points.z_mm[i], sum.n + 1};
+    const std::int64_t z = points.z_mm[i];
+    sum = {sum.x + x, sum.y + y, sum.z + z, sum.zz + z * z, sum.n + 1};
   }
   std::vector<GroundPatch> patches;
   for (const auto& entry : sums) {
     const Sum& s = entry.second;
-    const auto mean_m = [&](std::int64_t sum) {
-      return static_cast<float>(static_cast<double>(sum) / (1000.0 * static_cast<double>(s.n)));
-    };
+    const auto n = static_cast<double>(s.n), mean_mm = static_cast<double>(s.z) / n;
+    if (static_cast<double>(s.zz) / n - mean_mm * mean_mm > kRoughest_m * kRoughest_m * 1e6) continue;
+    const auto mean_m = [&](std::int64_t sum) { return static_cast<float>(static_cast<double>(sum) / (1000.0 * n)); };
     patches.push_back({mean_m(s.x), mean_m(s.y), mean_m(s.z)});
   }
   return patches;
@@ -220,24 +242,23 @@ AlignedPoses align_ground(std::span<const std::vector<GroundPatch>> ground, std:
   std::vector<Correction> total(poses.size(), Correction::Zero());
   for (int linearisation = 0; linearisation < kLinearisations; ++linearisation) {
     Sightings sightings = find_sightings(ground, out.poses);
-    if (linearisation == 0) out.smear_before_m = smear_m(sightings);
+    if (linearisation == 0) out.smear_before_m = smear_m(sightings, poses.size());
     if (sightings.all.empty()) return out;
-    const Unknowns unknowns{static_cast<Eigen::Index>(poses.size()), sightings.squares};
-    Eigen::VectorXd solution = Problem(sightings, unknowns, total).solve();
+    std::vector<Correction> found = solve(sightings, total);
     for (const double scale_m : kScales_m) {
+      const std::vector<Eigen::Vector3d> planes = Planes(sightings).solve(sightings, found);
       for (Sighting& s : sightings.all) {
-        const double off = residual(s, unknowns, solution) / scale_m;
+        const double off = off_plane_m(s, found, planes) / scale_m;
         s.weight = 1 / (1 + off * off);
       }
-      solution = Problem(sightings, unknowns, total).solve();
+      found = solve(sightings, total);
     }
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      const Correction c = solution.segment<3>(static_cast<Eigen::Index>(3 * i));
-      total[i] += c;
-      out.poses[i] = corrected(out.poses[i], c);
+      total[i] += found[i];
+      out.poses[i] = corrected(out.poses[i], found[i]);
     }
   }
-  out.smear_after_m = smear_m(find_sightings(ground, out.poses));
+  out.smear_after_m = smear_m(find_sightings(ground, out.poses), poses.size());
   for (const Correction& c : total) {
     out.largest_m = std::max(out.largest_m, std::abs(c[0]));
     out.largest_tilt_deg = std::max(out.largest_tilt_deg, std::atan(std::hypot(c[1], c[2])) * 180 / std::numbers::pi);
