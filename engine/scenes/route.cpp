@@ -315,7 +315,7 @@ std::vector<ScenePlace> plan_route(const World& world, const Box& area, double l
     if (off >= best_off) continue;
     best_off = off;
     best = std::move(found);
-    if (off < 0.2) break;
+    if (off < 0.2 || wanted < 4 * kLeastBlock_m) break;  // a short drive closes no loop
   }
   if (best.cells.empty()) best = plan.there_and_back(middle, std::max(wanted / 2, kLeast_m));
   if (best.cells.empty())

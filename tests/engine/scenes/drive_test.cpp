@@ -186,6 +186,7 @@ TEST_P(EveryDrive, KeepsClearOfThingsAndStandsOnTheGround) {
   const auto world = make_world(GetParam(), 3);
   const Drive drive(scene(GetParam()), small(300));
   const auto truth = Scene::create(scene(GetParam()));
+  std::vector<double> above;  // the wheels, above the ground
   for (std::size_t i = 0; i < drive.poses().size(); ++i) {
     const Pose& pose = drive.poses()[i];
     const auto& r = pose.rotation;
@@ -198,6 +199,7 @@ TEST_P(EveryDrive, KeepsClearOfThingsAndStandsOnTheGround) {
     EXPECT_LT(x, truth->origin_x_m() + truth->width_m());
     const double ground = truth->upper_z_m(x, y).value_or(world->ground_m(x, y));
     EXPECT_NEAR(z, ground, 1.2);  // a mound between the wheels
+    above.push_back(z - ground);
     EXPECT_GT(pose.place_m[2], world->ground_m(pose.place_m[0], pose.place_m[1]) + 0.5);
     const Solids solids(*world, {x - 1, y - 1, x + 1, y + 1});
     for (const double height : {0.4, 1.0, 1.7})
@@ -206,6 +208,9 @@ TEST_P(EveryDrive, KeepsClearOfThingsAndStandsOnTheGround) {
     const auto& before = drive.poses()[i - 1].place_m;
     EXPECT_NEAR(std::hypot(pose.place_m[0] - before[0], pose.place_m[1] - before[1]), 1, 0.95) << i;
   }
+  const auto middle = above.begin() + static_cast<std::ptrdiff_t>(above.size() / 2);
+  std::nth_element(above.begin(), middle, above.end());
+  EXPECT_NEAR(*middle, 0, 0.05);
 }
 
 TEST(Drive, MeetsItsBeginningAgain) {
