@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/terrain/kernel.h"
-#include "engine/terrain/trigonometry.h"
+#include "engine/trigonometry.h"
 
 namespace btms {
 namespace {

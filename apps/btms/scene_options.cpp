@@ -13,13 +13,15 @@ std::string scene_list() {
 
 }  // namespace
 
-std::unique_ptr<Scene> SceneArguments::create() const {
-  SceneOptions options = scene;
+SceneOptions SceneArguments::options() const {
+  SceneOptions placed = scene;
   const Place corner = parse_place(origin, "--origin");
-  options.origin_x_m = corner.x_m;
-  options.origin_y_m = corner.y_m;
-  return Scene::create(options);
+  placed.origin_x_m = corner.x_m;
+  placed.origin_y_m = corner.y_m;
+  return placed;
 }
+
+std::unique_ptr<Scene> SceneArguments::create() const { return Scene::create(options()); }
 
 CLI::Option* add_scene_options(CLI::App& app, SceneArguments& arguments, const char* group) {
   CLI::Option* name =

@@ -13,6 +13,8 @@ struct SceneArguments {
   SceneOptions scene;
   std::string origin = "0,0";
 
+  // With the origin. Throws Error(kUsage) for a bad one.
+  SceneOptions options() const;
   // Throws Error(kUsage) for a bad origin and as Scene::create() does.
   std::unique_ptr<Scene> create() const;
 };

@@ -1,4 +1,4 @@
-// btms synth: synthetic worlds with exact truth, as classified LAS tiles.
+// btms synth: synthetic worlds with exact truth, as classified LAS tiles or as scans of a drive through them.
 #include <spdlog/fmt/fmt.h>
 
 #include <chrono>
@@ -9,6 +9,7 @@
 #include "apps/btms/reference_system.h"
 #include "apps/btms/scene_options.h"
 #include "apps/btms/stop_signal.h"
+#include "apps/btms/synth_drive.h"
 #include "engine/error.h"
 #include "io/points/las_writer.h"
 
@@ -20,11 +21,16 @@ namespace fs = std::filesystem;
 struct SynthCommand {
   CommonOptions common;
   SceneArguments arguments;
+  DriveArguments drive;
   std::string crs, output;
   std::size_t files = 0;  // 0: as many as keep a file below kFilePoints
   int point_format = 6;
   bool force = false;
+  CLI::Option* points_option = nullptr;
 };
+
+// A block of the city fits into the area of so many.
+constexpr std::uint64_t kDrivePoints = 2'000'000;
 
 constexpr std::uint64_t kFilePoints = 25'000'000;
 
@@ -89,6 +95,11 @@ void print_synth(const SynthCommand& command, const Scene& scene, const std::vec
 }
 
 int run_synth(const SynthCommand& command) {
+  if (command.drive.drive) {
+    SceneArguments arguments = command.arguments;
+    if (command.points_option->count() == 0) arguments.scene.points = kDrivePoints;
+    return run_drive(arguments, command.drive, command.output, command.force, command.common);
+  }
   const auto scene = command.arguments.create();
   const std::size_t files_wanted =
       command.files > 0
@@ -132,36 +143,49 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  btms synth --scene city --points 2000000 -o demo\n"
     "  btms synth --scene hills --files 9 --origin 350000,5600000 --crs EPSG:25832 -o hills\n"
+    "  btms synth --scene city --drive --scans 500 -o drive\n"
     "\n"
     "The class of every point is its truth (2 is ground), for `btms eval`. Any number of points is made in little "
     "memory. Equal options give equal bytes, on any\n"
-    "machine and with any number of threads. The scene's area follows from --points and --density.";
+    "machine and with any number of threads. The scene's area follows from --points and --density.\n"
+    "\n"
+    "With --drive a vehicle with a spinning scanner drives round a block or a hill in the middle of that area. Scans,\n"
+    "labels, calib.txt and times.txt are laid out as SemanticKITTI's (velodyne/000000.bin, labels/000000.label).\n"
+    "poses.txt takes scans to the map exactly, poses_drifting.txt as an odometry would that strays in roll, pitch and\n"
+    "height; trajectory.txt is for `btms build --trajectory`. The terrain is that of the scene: `btms eval --map`\n"
+    "takes the same options.";
 
 }  // namespace
 
 Command add_synth(CLI::App& btms) {
   auto command = std::make_shared<SynthCommand>();
-  CLI::App* app = btms.add_subcommand("synth", "Make a synthetic world with exact truth, as LAS tiles");
+  CLI::App* app =
+      btms.add_subcommand("synth", "Make a synthetic world with exact truth, as LAS tiles or scans of a drive");
   app->footer(kFooter);
-  app->add_option("-o,--output", command->output, "Folder for the tiles; made when missing")
+  app->add_option("-o,--output", command->output, "Folder for the tiles or the drive; made when missing")
       ->required()
       ->type_name("DIR");
   add_scene_options(*app, command->arguments, "Options");
-  app->add_option("--points", command->arguments.scene.points, "Points, about")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40))
-      ->type_name("N");
-  app->add_option("--files", command->files,
-                  "Tiles to split the world into (default: at most 25 million points a tile)")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1000}))
-      ->default_str("")
-      ->type_name("K");
-  app->add_option("--point-format", command->point_format,
-                  "LAS point format: 6, 30 bytes a point; or 0, 20 bytes, where cars and ceilings have class 1")
-      ->check(CLI::IsMember({0, 6}))
-      ->type_name("N");
-  app->add_option("--crs", command->crs, "Reference system to name in the files, EPSG:n or WKT")
-      ->type_name("CRS")
-      ->default_str("");
+  command->points_option =
+      app->add_option("--points", command->arguments.scene.points,
+                      "Points, about; with --drive the area that so many would have (default of those: 2 million)")
+          ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40))
+          ->type_name("N");
+  CLI::Option* files = app->add_option("--files", command->files,
+                                       "Tiles to split the world into (default: at most 25 million points a tile)")
+                           ->check(CLI::Range(std::size_t{1}, std::size_t{1000}))
+                           ->default_str("")
+                           ->type_name("K");
+  CLI::Option* format =
+      app->add_option("--point-format", command->point_format,
+                      "LAS point format: 6, 30 bytes a point; or 0, 20 bytes, where cars and ceilings have class 1")
+          ->check(CLI::IsMember({0, 6}))
+          ->type_name("N");
+  CLI::Option* crs = app->add_option("--crs", command->crs, "Reference system to name in the files, EPSG:n or WKT")
+                         ->type_name("CRS")
+                         ->default_str("");
+  CLI::Option* drive = add_drive_options(*app, command->drive);
+  for (CLI::Option* tiles : {files, format, crs}) drive->excludes(tiles);
   add_force_option(*app, command->force);
   add_run_options(*app, command->common);
   add_output_options(*app, command->common);

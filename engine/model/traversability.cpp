@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/lattice/wide.h"
-#include "engine/terrain/trigonometry.h"
+#include "engine/trigonometry.h"
 
 namespace btms {
 namespace {

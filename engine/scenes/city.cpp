@@ -107,6 +107,18 @@ double City::ground_m(double x_m, double y_m) const {
   return relief + kKerb_m + terraces_m(kind(i, j), from_kerb - kPavement_m, w - kPavement_m, std::abs(s - n) / 2);
 }
 
+// Roads in cuttings are a net of their own, below the bridges of this one.
+std::optional<double> City::street_m(double x_m, double y_m) const {
+  const Bent p = bend(x_m, y_m);
+  const std::int64_t i = column(p.u_m), j = row(p.v_m);
+  const auto within = [](const Street& s, double v) { return !s.cutting && std::abs(v - s.centre_m) < s.half_m; };
+  const bool along_one = within(along(j), p.v_m) || within(along(j + 1), p.v_m);
+  const bool in_cutting =
+      cut_m(across(i), p.u_m - across(i).centre_m) + cut_m(across(i + 1), across(i + 1).centre_m - p.u_m) > 0;
+  if (!along_one && (in_cutting || !(within(across(i), p.u_m) || within(across(i + 1), p.u_m)))) return std::nullopt;
+  return relief_m(x_m, y_m);
+}
+
 Plot City::plot(std::int64_t i, std::int64_t j) const {
   Plot p{.kind = kind(i, j), .west = across(i), .east = across(i + 1), .south = along(j), .north = along(j + 1)};
   const double u0 = p.west.centre_m + p.west.half_m + kPavement_m, u1 = p.east.centre_m - p.east.half_m - kPavement_m;

@@ -34,6 +34,7 @@ class City final : public World {
  public:
   explicit City(std::uint64_t seed);
   double ground_m(double x_m, double y_m) const override;
+  std::optional<double> street_m(double x_m, double y_m) const override;
   void place(const Box& box, std::vector<Object>& objects) const override;
 
  private:

@@ -34,11 +34,15 @@ PlaceTruth Scene::truth(double x_m, double y_m) const {
 }
 
 std::unique_ptr<Scene> Scene::create(const SceneOptions& options) {
+  return std::make_unique<AirborneScene>(options, make_world(options.name, options.seed));
+}
+
+std::unique_ptr<World> make_world(const std::string& name, std::uint64_t seed) {
   for (const Row& row : kTable)
-    if (options.name == row.name) return std::make_unique<AirborneScene>(options, row.make(options.seed));
+    if (name == row.name) return row.make(seed);
   std::string known;
   for (const Row& row : kTable) known += (known.empty() ? "" : ", ") + std::string(row.name);
-  throw Error(ErrorCode::kUsage, "unknown scene '" + options.name + "'; there are " + known);
+  throw Error(ErrorCode::kUsage, "unknown scene '" + name + "'; there are " + known);
 }
 
 }  // namespace btms

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/scenes/object.h"
@@ -26,9 +28,14 @@ class World {
   // Appends every object that meets the box, in an order that does not depend on the box.
   virtual void place(const Box& box, std::vector<Object>& objects) const = 0;
   virtual Survey survey() const { return {}; }
+  // Where a place lies on a carriageway that belongs to a net of streets, its height: of the ground, or of a bridge.
+  virtual std::optional<double> street_m(double /*x_m*/, double /*y_m*/) const { return std::nullopt; }
   // The share of pulses that come from a vehicle below all decks.
   virtual double from_below(double /*x_m*/, double /*y_m*/) const { return 0; }
 };
+
+// The world of a scene by its name. Throws Error(kUsage) for an unknown one, naming those there are.
+std::unique_ptr<World> make_world(const std::string& name, std::uint64_t seed);
 
 std::unique_ptr<World> make_city(std::uint64_t seed);
 std::unique_ptr<World> make_hills(std::uint64_t seed);

@@ -9,7 +9,7 @@
 
 #include "engine/terrain/node.h"
 #include "engine/terrain/parameters.h"
-#include "engine/terrain/trigonometry.h"
+#include "engine/trigonometry.h"
 
 namespace btms {
 

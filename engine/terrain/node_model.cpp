@@ -8,7 +8,7 @@
 #include "engine/lattice/wide.h"
 #include "engine/terrain/lane_moments.h"
 #include "engine/terrain/symmetric_eigen.h"
-#include "engine/terrain/trigonometry.h"
+#include "engine/trigonometry.h"
 
 namespace btms {
 namespace {

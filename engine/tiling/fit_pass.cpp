@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/terrain/trigonometry.h"
+#include "engine/trigonometry.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/tile_steps.h"
 

@@ -13,7 +13,7 @@
 #include "engine/lattice/lattice.h"
 #include "engine/terrain/kernel.h"
 #include "engine/terrain/local_convexity.h"
-#include "engine/terrain/trigonometry.h"
+#include "engine/trigonometry.h"
 #include "tests/support/cloud.h"
 
 namespace btms::test {
