@@ -137,10 +137,6 @@ std::int32_t LevelRules::completion_halo() const {
   return static_cast<std::int32_t>(std::ceil(reach - 1.0 / 6));
 }
 
-LevelNode unfitted_node(std::uint8_t triangle, const PriorPlane& given, const LevelRules& rules) {
-  return FitPrior(triangle, given, rules).node();
-}
-
 void fit_level_square(const SquarePoints& points, const SquarePriors& given, const LevelRules& rules,
                       GatedPoints& gated, LevelNode* nodes) {
   const LevelParameters& q = rules.p();
@@ -162,7 +158,7 @@ void fit_level_square(const SquarePoints& points, const SquarePriors& given, con
   for (std::uint8_t t = 0; t < kTriangles; ++t) {
     const FittedPlane& fit = fits[t];
     LevelNode& node = nodes[t];
-    node = fit.fitted ? LevelNode{} : unfitted_node(t, given[t], rules);
+    node = fit.fitted ? LevelNode{} : FitPrior(t, given[t], rules).node();
     node.count = static_cast<std::uint16_t>(std::min<std::size_t>(points[t].size, 65535));
     if (!fit.fitted) continue;
     double gx = fit.slope_x, gy = fit.slope_y;
