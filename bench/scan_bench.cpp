@@ -1,5 +1,5 @@
 // Single scans, model and labels in memory; a scan is segmented by one thread, several scans run at a time.
-//   BM_SegmentScans/simulated  four scans from places in a dense city (150 points/m^2), 64 beams
+//   BM_SegmentScans/simulated  four scans of a drive through the city, 64 beams of 2048 rays
 //   BM_SegmentScans/kitti      SemanticKITTI's full scans, where the environment variable BTMS_DATA names a folder with
 //   them
 // From floats in memory to labels, by ScanSegmenter, whose memory is warm. Checked: labels as by a map of the scan, and
@@ -12,7 +12,7 @@
 
 #include "bench/bench_city.h"
 #include "bench/measure.h"
-#include "bench/simulated_scan.h"
+#include "engine/scenes/drive.h"
 #include "engine/tiling/scan_segmenter.h"
 #include "engine/tiling/segment.h"
 #include "io/points/point_file.h"
@@ -53,19 +53,26 @@ std::vector<ScenePoint> points_in(const PointSource& file) {
 
 const Scans& simulated() {
   static const Scans made = [] {
-    SceneOptions options;
-    options.density_per_m2 = 150;
-    options.points = 3'000'000;  // 141 m x 141 m
-    const auto scene = Scene::create(options);
-    const std::vector<ScenePoint> points = generate_all(*scene);
-    Scans scans{{}, asprs_rules()};
-    for (int i = 1; scans.scans.size() < 4; ++i) {  // the first four open places near the middle
-      const double x = scene->width_m() * (0.3 + 0.4 * std::fmod(i * 0.7548776662466927, 1.0));
-      const double y = scene->height_m() * (0.3 + 0.4 * std::fmod(i * 0.5698402909980532, 1.0));
-      if (scene->cover(x, y) != SceneClass::kGround) continue;
-      auto scan = std::make_unique<ScenePoints>(simulate_scan(points, {x, y, scene->ground_z_m(x, y) + 1.73}));
-      std::vector<std::uint32_t> truth = scan->truth();
-      scans.scans.push_back({std::move(scan), std::move(truth)});
+    SceneOptions scene;
+    scene.points = 2'000'000;
+    DriveOptions options;
+    options.scans = 4;
+    options.azimuths = 2048;
+    options.step_m = 80;
+    const Drive drive(scene, options);
+    Scans scans{{}, semantic_kitti_rules()};
+    scans.rules.sensor_height_m = 0;  // the ambiguous classes left out
+    for (std::size_t i = 0; i < options.scans; ++i) {
+      std::vector<std::vector<DrivePoint>> scan(1);
+      drive.scan(i, i + 1, scan);
+      std::vector<ScenePoint> points;
+      std::vector<std::uint32_t> truth;
+      for (const DrivePoint& p : scan[0]) {
+        const auto mm = [](float m) { return std::llround(static_cast<double>(m) * 1000); };
+        points.push_back({mm(p.x_m), mm(p.y_m), static_cast<std::int32_t>(mm(p.z_m)), SceneClass::kUnclassified});
+        truth.push_back(p.label);
+      }
+      scans.scans.push_back({std::make_unique<ScenePoints>(points), std::move(truth)});
     }
     return scans;
   }();

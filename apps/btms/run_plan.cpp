@@ -7,12 +7,11 @@ namespace {
 // quarter of the nodes of the next.
 void add_round(RunPlan& plan, int round, double nodes, bool first, bool last) {
   if (round == 0) plan.push_back({"prior", 3 * nodes});
-  if (round != 1) {
-    plan.push_back({"prior", 6 * nodes});
+  if (round == 1)
+    plan.push_back({"class", 2.5 * nodes});
+  else
     plan.push_back({"fit", 1.5 + 42 * nodes});
-  }
   if (first) plan.push_back({"domain", 0});
-  plan.push_back({"class", 2.5 * nodes});
   plan.push_back({"link", 11 * nodes});
   plan.push_back({"rim", 11 * nodes});
   plan.push_back({"verdict", 2 * nodes});

@@ -2,9 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -22,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kTogether = 8;  // scans that share what is around them
-constexpr double kInterval_s = 0.1;   // between scans
+constexpr double kTogether_m = 10;   // of path, whose scans share what is around them
+constexpr double kInterval_s = 0.1;  // between scans
 constexpr std::uint64_t kPoint_bytes = 20;
 
 struct Layout {
@@ -174,9 +175,10 @@ int run_drive(const SceneArguments& scene, const DriveArguments& arguments, cons
   const auto begun = std::chrono::steady_clock::now();
   const Drive drive(scene.options(), options);
   std::atomic<std::uint64_t> points = 0;
-  threads->for_each((options.scans + kTogether - 1) / kTogether, [&](std::size_t batch, int) {
+  const auto together = static_cast<std::size_t>(std::clamp(kTogether_m / options.step_m, 1.0, 32.0));
+  threads->for_each((options.scans + together - 1) / together, [&](std::size_t batch, int) {
     throw_if_stopped();
-    const std::size_t first = batch * kTogether, last = std::min(options.scans, first + kTogether);
+    const std::size_t first = batch * together, last = std::min(options.scans, first + together);
     std::vector<std::vector<DrivePoint>> scans(last - first);
     drive.scan(first, last, scans);
     for (std::size_t i = first; i < last; ++i) {

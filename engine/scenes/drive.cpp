@@ -97,6 +97,10 @@ class Line {
   std::vector<double> ends_;
 };
 
+Box drivable_area(const Scene& scene) {
+  return {kBorder_m, kBorder_m, scene.width_m() - kBorder_m, scene.height_m() - kBorder_m};
+}
+
 // Upright above the ground below the four wheels; local metres.
 Pose standing(const World& world, const ScenePlace& p, const ScenePlace& ahead, double height_m) {
   const auto wheel = [&](double along, double aside) {
@@ -152,17 +156,20 @@ Look look_of(const World& world, const Ray& ray, const RayHit& hit) {
 
 }  // namespace
 
+Drive::Drive(std::unique_ptr<World> world, const Box& area, std::uint64_t seed, const DriveOptions& drive)
+    : options_(drive), seed_(seed), world_(std::move(world)), rays_(rays_of(drive)) {
+  make_poses(plan_route(*world_, area, static_cast<double>(drive.scans) * drive.step_m));
+  make_drift();
+}
+
 Drive::Drive(const SceneOptions& scene, const DriveOptions& drive)
-    : options_(drive), seed_(scene.seed), world_(make_world(scene.name, scene.seed)), rays_(rays_of(drive)) {
+    : Drive(make_world(scene.name, scene.seed), drivable_area(*Scene::create(scene)), scene.seed, drive) {
   const auto area = Scene::create(scene);
-  const Box box{kBorder_m, kBorder_m, area->width_m() - kBorder_m, area->height_m() - kBorder_m};
-  make_poses(plan_route(*world_, box, static_cast<double>(drive.scans) * drive.step_m));
-  for (Pose& pose : poses_) {
-    places_.push_back(pose.place_m);
-    pose.place_m[0] += area->origin_x_m();
-    pose.place_m[1] += area->origin_y_m();
-  }
-  make_drift(scene.seed);
+  for (std::vector<Pose>* poses : {&poses_, &drifting_})
+    for (Pose& pose : *poses) {
+      pose.place_m[0] += area->origin_x_m();
+      pose.place_m[1] += area->origin_y_m();
+    }
 }
 
 void Drive::make_poses(const std::vector<ScenePlace>& route) {
@@ -170,11 +177,12 @@ void Drive::make_poses(const std::vector<ScenePlace>& route) {
   for (std::size_t i = 0; i < options_.scans; ++i) {
     const double along = static_cast<double>(i) * options_.step_m;
     poses_.push_back(standing(*world_, line.at(along), line.ahead(along), options_.sensor_height_m));
+    places_.push_back(poses_.back().place_m);
   }
 }
 
-void Drive::make_drift(std::uint64_t seed) {
-  const Noise pitch(hash_at(seed, 0xd81f7, 1), kDriftLength_m), roll(hash_at(seed, 0xd81f7, 2), kDriftLength_m);
+void Drive::make_drift() {
+  const Noise pitch(hash_at(seed_, 0xd81f7, 1), kDriftLength_m), roll(hash_at(seed_, 0xd81f7, 2), kDriftLength_m);
   const double strength = radians(options_.drift_deg);
   double height = 0;
   for (std::size_t i = 0; i < poses_.size(); ++i) {

@@ -40,6 +40,8 @@ class Drive {
  public:
   // Throws Error(kUsage) as Scene::create() does, and where there is no room to drive.
   Drive(const SceneOptions& scene, const DriveOptions& drive);
+  // Through any world, within the area; its local metres are the map frame's.
+  Drive(std::unique_ptr<World> world, const Box& area, std::uint64_t seed, const DriveOptions& drive);
 
   // Of the sensor, in the map frame. The drive lies within the scene's area and follows a closed path, several times
   // where it is long enough.
@@ -53,7 +55,7 @@ class Drive {
 
  private:
   void make_poses(const std::vector<ScenePlace>& route);
-  void make_drift(std::uint64_t seed);
+  void make_drift();
 
   DriveOptions options_;
   std::uint64_t seed_;

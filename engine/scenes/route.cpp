@@ -28,8 +28,8 @@ struct Cell {
 };
 
 struct Found {
-  std::vector<std::int32_t> cells;
-  double cost = std::numeric_limits<double>::infinity(), off_street = 0;
+  std::vector<std::int32_t> cells;  // none: no way
+  double off_street = 0;            // share
 };
 
 class Plan {
@@ -44,13 +44,12 @@ class Plan {
 
   bool has_streets() const { return has_streets_; }
 
-  // The best loop round the hub, about radius_m away from it.
+  // A loop round the hub, about radius_m away from it, or none.
   Found loop(const ScenePlace& hub, double radius_m) {
     hub_column_ = column(hub.x_m), hub_row_ = row(hub.y_m);
     hub_ = hub;
     radius_m_ = radius_m;
-    Found best;
-    if (hub_row_ < 1 || hub_row_ >= rows_ || hub_column_ < 0 || hub_column_ >= columns_) return best;
+    if (hub_row_ < 1 || hub_row_ >= rows_ || hub_column_ < 0 || hub_column_ >= columns_) return {};
     // It starts east of the hub, above a cut that it must not cross, and ends below it.
     std::vector<std::int32_t> starts;
     for (std::int32_t c = hub_column_ + 1; c < columns_; ++c) {
@@ -64,11 +63,11 @@ class Plan {
     for (const std::int32_t start : starts) {
       if (reached_[static_cast<std::size_t>(start)] != 0) continue;  // as far as another start got
       if (++tries > kTries) break;
-      search(start, start - columns_, true);
-      if (distance(start - columns_) < best.cost) best = path_to(start - columns_);
-      if (!best.cells.empty()) break;
+      const std::int32_t end = start - columns_;
+      search(start, end, true);
+      if (distance_[static_cast<std::size_t>(end)] < kForbidden) return path_to(end);
     }
-    return best;
+    return {};
   }
 
   // To a place about length_m away, and back.
@@ -124,7 +123,6 @@ class Plan {
   double y(std::int32_t i) const { return box_.y0_m + (i / columns_ + 0.5) * kCell_m; }
   const Cell& at(std::int32_t i) const { return cells_[static_cast<std::size_t>(i)]; }
   bool usable(std::int32_t i) const { return !at(i).blocked; }
-  double distance(std::int32_t i) const { return distance_[static_cast<std::size_t>(i)]; }
   double length(std::int32_t i) const { return length_[static_cast<std::size_t>(i)]; }
 
   void survey(const World& world);
@@ -268,7 +266,6 @@ void Plan::search(std::int32_t start, std::int32_t goal, bool cut) {
 
 Found Plan::path_to(std::int32_t goal) const {
   Found found;
-  found.cost = distance(goal);
   for (std::int32_t i = goal; i != kNone; i = parent_[static_cast<std::size_t>(i)]) {
     found.cells.push_back(i);
     found.off_street += at(i).street ? 0 : 1;
@@ -315,7 +312,7 @@ std::vector<ScenePlace> plan_route(const World& world, const Box& area, double l
     if (off >= best_off) continue;
     best_off = off;
     best = std::move(found);
-    if (off < 0.2) break;
+    if (off < 0.2 || wanted < 4 * kLeastBlock_m) break;  // a short drive closes no loop
   }
   if (best.cells.empty()) best = plan.there_and_back(middle, std::max(wanted / 2, kLeast_m));
   if (best.cells.empty())

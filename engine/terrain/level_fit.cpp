@@ -137,10 +137,6 @@ std::int32_t LevelRules::completion_halo() const {
   return static_cast<std::int32_t>(std::ceil(reach - 1.0 / 6));
 }
 
-LevelNode unfitted_node(std::uint8_t triangle, const PriorPlane& given, const LevelRules& rules) {
-  return FitPrior(triangle, given, rules).node();
-}
-
 void fit_level_square(const SquarePoints& points, const SquarePriors& given, const LevelRules& rules,
                       GatedPoints& gated, LevelNode* nodes) {
   const LevelParameters& q = rules.p();
@@ -149,19 +145,21 @@ void fit_level_square(const SquarePoints& points, const SquarePriors& given, con
   PlaneStarts starts;
   gated.clear();
   for (std::uint8_t t = 0; t < kTriangles; ++t) {
-    const FitPrior prior(t, given[t], rules);
-    nodes[t] = prior.node();
-    nodes[t].count = static_cast<std::uint16_t>(std::min<std::size_t>(points[t].size, 65535));
     if (points[t].size < (rules.first() ? 3 : 1)) continue;
-    lanes[t] =
-        rules.first() ? start_first(t, points[t], rules, gated) : start_on_prior(t, points[t], prior, rules, gated);
+    lanes[t] = rules.first() ? start_first(t, points[t], rules, gated)
+                             : start_on_prior(t, points[t], FitPrior(t, given[t], rules), rules, gated);
     starts[t] = lanes[t].start;
   }
-  if (gated.longest() == 0) return;
-  gated.pad();
-  const auto fits = fit_planes(gated, starts, fit_rules(rules));
+  std::array<FittedPlane, kTriangles> fits;
+  if (gated.longest() > 0) {
+    gated.pad();
+    fits = fit_planes(gated, starts, fit_rules(rules));
+  }
   for (std::uint8_t t = 0; t < kTriangles; ++t) {
     const FittedPlane& fit = fits[t];
+    LevelNode& node = nodes[t];
+    node = fit.fitted ? LevelNode{} : FitPrior(t, given[t], rules).node();
+    node.count = static_cast<std::uint16_t>(std::min<std::size_t>(points[t].size, 65535));
     if (!fit.fitted) continue;
     double gx = fit.slope_x, gy = fit.slope_y;
     const double slope = std::sqrt(gx * gx + gy * gy);
@@ -169,7 +167,6 @@ void fit_level_square(const SquarePoints& points, const SquarePriors& given, con
       gx *= q.slope_limit / slope;
       gy *= q.slope_limit / slope;
     }
-    LevelNode& node = nodes[t];
     store_plane(node, std::clamp(fit.x_mm, -half, half), std::clamp(fit.y_mm, -half, half),
                 lanes[t].datum_mm + fit.z_mm, gx, gy);
     node.weight = saturate_u16(fit.weight / (fit.weight + 1) * kWeightUnit);

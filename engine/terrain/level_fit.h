@@ -56,9 +56,6 @@ class LevelRules {
   std::array<Centroid, kTriangles> centroids_;
 };
 
-// A node without points: mean and slope are the prior's.
-LevelNode unfitted_node(std::uint8_t triangle, const PriorPlane& prior, const LevelRules& rules);
-
 using SquarePoints = std::array<NodePoints, kTriangles>;
 using SquarePriors = std::array<PriorPlane, kTriangles>;
 

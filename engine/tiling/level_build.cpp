@@ -44,18 +44,10 @@ std::size_t square_of(const CellBox& box, Cell c) {
   return static_cast<std::size_t>((std::int64_t{c.row} - box.row0) * box.cols() + (c.col - box.col0));
 }
 
-// Nodes of one level, from the points: all of them on the last level, the lowest of each finest node before.
+// Nodes of one level and their classes, from the points: all of them on the last level, the lowest of each finest node
+// before. Squares without points stay as they are.
 void fit_level(const PassContext& context, const OrderedPoints& points, int level, const LevelRules& rules,
                const PriorSource& prior, LevelFields& nodes) {
-  const auto& tiles = context.table.tiles();
-  // Everything without points first: it takes the prior.
-  context.for_each_tile("prior", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
-    for_each_cell(tiles[i].box, [&](Cell c) {
-      const SquarePriors priors = prior.of(i, c);
-      for (std::uint8_t t = 0; t < kTriangles; ++t)
-        nodes[i].cell(c)[t] = prior.outside(i, {c, t}) ? LevelNode{} : unfitted_node(t, priors[t], rules);
-    });
-  });
   struct Scratch {
     GatedPoints gated;
     LowestScratch lowest;
@@ -63,12 +55,14 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
   std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
   const auto fit = [&](std::size_t i, Cell c, const SquarePoints& here, GatedPoints& gated) {
     SquarePriors priors = prior.of(i, c);
+    LevelNode* to = nodes[i].cell(c);
+    std::array<bool, kTriangles> outside;
     for (std::uint8_t t = 0; t < kTriangles; ++t)
-      if (prior.outside(i, {c, t})) priors[t] = {};
+      if ((outside[t] = prior.outside(i, {c, t}))) priors[t] = {};
     std::array<LevelNode, kTriangles> fitted;
     fit_level_square(here, priors, rules, gated, fitted.data());
     for (std::uint8_t t = 0; t < kTriangles; ++t)
-      if (!prior.outside(i, {c, t})) nodes[i].cell(c)[t] = fitted[t];
+      if (!outside[t]) to[t] = fitted[t], classify(to[t], priors[t], rules);
   };
   if (rules.last()) {
     points.for_each_bin("fit", context.threads, context.progress,
@@ -87,6 +81,17 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
                            for_each_square(bin, points.order(), level, rules.r_mm(), cells_of(id, level), s.lowest,
                                            [&](Cell c, const SquarePoints& here) { fit(i, c, here, s.gated); });
                          });
+}
+
+// The classes of nodes that have been fitted before.
+void classify_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior, LevelFields& nodes) {
+  const auto& tiles = context.table.tiles();
+  context.for_each_tile("class", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
+    for_each_cell(tiles[i].box, [&](Cell c) {
+      const SquarePriors priors = prior.of(i, c);
+      for (std::uint8_t t = 0; t < kTriangles; ++t) classify(nodes[i].cell(c)[t], priors[t], rules);
+    });
+  });
 }
 
 // First level: what lies further from any point than kDomainRings is not part of the map.
@@ -229,24 +234,24 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
 
     const auto& tiles = table.tiles();
     LevelFields nodes(pager, tiles.size()), completed(pager, tiles.size());
-    context.for_each_tile("prior", {writes(nodes), writes(completed)}, [&](std::size_t i, int) {
+    const PriorSource coarser = first ? PriorSource{} : PriorSource{&surfaces, true};
+    context.for_each_tile("prior", {coarser.use(), writes(nodes), writes(completed)}, [&](std::size_t i, int) {
       nodes[i] = TileField<LevelNode>(tiles[i].box, halo);
       completed[i] = TileField<LevelNode>(tiles[i].box, kFitHalo);
+      for_each_node(tiles[i].box, [&](NodeId n) {
+        if (!coarser.outside(i, n)) nodes[i].cell(n.cell)[n.triangle].level_class = LevelClass::kEmpty;
+      });
     });
     // Ridges and cliffs climb back in rounds: fit, judge anew with the new surface, fit again.
     const int rounds = first || last ? 1 : 3;
     Surfaces own(pager, tiles.size());
     for (int round = 0; round < rounds; ++round) {
-      PriorSource prior =
-          round == 0 ? (first ? PriorSource{} : PriorSource{&surfaces, true}) : PriorSource{&own, false};
-      if (round != 1) fit_level(context, points, level, rules, prior, nodes);
+      PriorSource prior = round == 0 ? coarser : PriorSource{&own, false};
+      if (round == 1)
+        classify_level(context, rules, prior, nodes);
+      else
+        fit_level(context, points, level, rules, prior, nodes);
       if (first) bound_domain(context, nodes);
-      context.for_each_tile("class", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
-        for_each_cell(tiles[i].box, [&](Cell c) {
-          const SquarePriors priors = prior.of(i, c);
-          for (std::uint8_t t = 0; t < kTriangles; ++t) classify(nodes[i].cell(c)[t], priors[t], rules);
-        });
-      });
       exchange_halo(table, nodes, kLinkHalo, threads, ranks);
       built.components = judge_level(context, rules, nodes);
       if (round == 0 && !first) misfits.push_back(measure_misfit(context, coarsest, level, nodes));

@@ -3,22 +3,11 @@
 
 #include "engine/error.h"
 #include "engine/terrain/model_nodes.h"
-#include "engine/terrain/moments.h"
 #include "engine/tiling/node_sort.h"
 #include "engine/tiling/passes.h"
 
 namespace btms {
 namespace {
-
-[[noreturn]] void refuse_crowded_node(const BinGrid& grid, const CellBox& box, std::size_t node, std::size_t points) {
-  const auto cell = static_cast<std::int32_t>(node / kTriangles);
-  const Cell c{box.col0 + cell % grid.edge_cells, box.row0 + cell / grid.edge_cells};
-  throw Error(ErrorCode::kBadInput,
-              std::to_string(points) +
-                  " points in one node near x = " + std::to_string(grid.lattice.centre_x_mm(c) / 1000) +
-                  " m, y = " + std::to_string(grid.lattice.centre_y_mm(c) / 1000) + " m, more than " +
-                  std::to_string(kMaxNodePoints) + ": thin the input or choose a finer resolution");
-}
 
 struct Scratch {
   PointBins::Scratch points;
@@ -30,9 +19,6 @@ struct Scratch {
 void model_bin(const PointBins::Bin& bin, const BinGrid& grid, const NodeModelRules& rules, Scratch& s) {
   s.sort.sort(bin, grid);
   const std::span<Node> nodes = s.nodes.values();
-  for (std::size_t k = 0; k < nodes.size(); ++k)
-    if (const std::size_t points = s.sort.node(k).size; points > kMaxNodePoints)
-      refuse_crowded_node(grid, s.nodes.interior(), k, points);
   model_nodes(
       nodes.size(), [&](std::size_t k) { return s.sort.node(k); }, rules, s.model,
       [&](std::size_t k, const Node& node) { nodes[k] = node; });

@@ -1,11 +1,34 @@
 #include "engine/tiling/node_sort.h"
 
+#include <algorithm>
 #include <bit>
+#include <string>
 
+#include "engine/error.h"
 #include "engine/lattice/divider.h"
 #include "engine/lattice/wide.h"
+#include "engine/terrain/moments.h"
 
 namespace btms {
+namespace {
+
+[[noreturn]] void refuse_crowded_node(const BinGrid& grid, const CellBox& box, std::size_t node, std::uint64_t points) {
+  const auto cell = static_cast<std::int32_t>(node / kTriangles);
+  const Cell c{box.col0 + cell % grid.edge_cells, box.row0 + cell / grid.edge_cells};
+  throw Error(ErrorCode::kBadInput,
+              std::to_string(points) +
+                  " points in one node near x = " + std::to_string(grid.lattice.centre_x_mm(c) / 1000) +
+                  " m, y = " + std::to_string(grid.lattice.centre_y_mm(c) / 1000) + " m, more than " +
+                  std::to_string(kMaxNodePoints) + ": thin the input or choose a finer resolution");
+}
+
+void check_crowd(const PointBins::Bin& bin, const BinGrid& grid, std::span<const std::uint32_t> counts) {
+  const auto most = std::max_element(counts.begin(), counts.end());
+  if (*most > kMaxNodePoints)
+    refuse_crowded_node(grid, grid.box_of(bin.id), static_cast<std::size_t>(most - counts.begin()), *most);
+}
+
+}  // namespace
 
 BTMS_WIDE void NodeSort::sort(const PointBins::Bin& bin, const BinGrid& grid) {
   const auto n = static_cast<std::size_t>(bin.size);
@@ -35,6 +58,7 @@ BTMS_WIDE void NodeSort::sort(const PointBins::Bin& bin, const BinGrid& grid) {
 
   end_.assign(nodes + 1, 0);
   for (std::size_t i = 0; i < n; ++i) ++end_[key_[i] + 1u];
+  if (n > kMaxNodePoints) check_crowd(bin, grid, std::span(end_).subspan(1));
   for (std::size_t k = 0; k < nodes; ++k) end_[k + 1] += end_[k];
   const std::int32_t half = static_cast<std::int32_t>(r / 2);
   at = 0;

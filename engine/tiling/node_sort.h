@@ -11,6 +11,7 @@ namespace btms {
 
 class NodeSort {
  public:
+  // Precondition: less than 2^32 points. Throws Error(kBadInput) for more than kMaxNodePoints in one node.
   void sort(const PointBins::Bin& bin, const BinGrid& grid);
 
   // Points of node (row b + col) 4 + triangle of the bin, in no particular order.

@@ -66,6 +66,14 @@ TEST_F(CliStop, InterruptedSynthAndLabelLeaveNoPartOfAFile) {
   if (interrupt({"synth", "--points", "20000000", "-o", out / "synth"}, 100, SIGINT)) {
     EXPECT_TRUE(names_in(out / "synth").empty());
   }
+  // Of a drive whole scans may be there, but nothing says that it is complete.
+  if (interrupt({"synth", "--drive", "--scans", "400", "-o", out / "drive"}, 1500, SIGINT)) {
+    EXPECT_FALSE(fs::exists(out / "drive/poses.txt"));
+    for (const std::string& name : names_in(out / "drive/velodyne")) {
+      EXPECT_EQ(fs::path(name).extension(), ".bin") << name;
+      EXPECT_EQ(fs::file_size(out / ("drive/velodyne/" + name)) % 16, 0u);
+    }
+  }
   run_json({"build", *folder_ / "truth", "-o", out / "map.btms"});
   if (interrupt({"label", out / "map.btms", *folder_ / "truth", "-o", out / "labels", "-j", "1"}, 60, SIGINT)) {
     EXPECT_TRUE(!fs::exists(out / "labels") || names_in(out / "labels").empty());

@@ -20,7 +20,7 @@ SceneOptions scene(const std::string& name, std::uint64_t points = 2'000'000) {
   return {.name = name, .seed = 3, .points = points};
 }
 
-DriveOptions small(std::size_t scans = 8) {
+DriveOptions small(std::size_t scans = 4) {
   DriveOptions o;
   o.scans = scans;
   o.beams = 24;
@@ -108,13 +108,12 @@ TEST_P(EveryDrive, GroundLiesOnTheSurfaceAndThePosesTakeItThere) {
       if (!is_ground(p.label)) continue;
       ++ground;
       const auto [x, y, z] = in_map(drive, i, p);
-      const auto upper = truth->upper_z_m(x, y);
-      if (upper && std::abs(*upper - z) < 0.01) continue;  // on a bridge
-      EXPECT_LT(off_ground(*world, x, y, z), 0.002) << x << ' ' << y << ' ' << z;
+      if (off_ground(*world, x, y, z) < 0.002) continue;
+      EXPECT_NEAR(truth->upper_z_m(x, y).value_or(-99), z, 0.01) << "neither ground nor bridge: " << x << ' ' << y;
     }
   }
   EXPECT_GT(ground, points / 20);
-  EXPECT_GT(points, 8u * 24 * 180 / 3);
+  EXPECT_GT(points, 4u * 24 * 180 / 3);
 }
 
 TEST_P(EveryDrive, NothingSolidLiesBeforeAReturnAndSomethingBehindIt) {
@@ -186,6 +185,7 @@ TEST_P(EveryDrive, KeepsClearOfThingsAndStandsOnTheGround) {
   const auto world = make_world(GetParam(), 3);
   const Drive drive(scene(GetParam()), small(300));
   const auto truth = Scene::create(scene(GetParam()));
+  std::vector<double> above;  // the wheels, above the ground
   for (std::size_t i = 0; i < drive.poses().size(); ++i) {
     const Pose& pose = drive.poses()[i];
     const auto& r = pose.rotation;
@@ -198,6 +198,7 @@ TEST_P(EveryDrive, KeepsClearOfThingsAndStandsOnTheGround) {
     EXPECT_LT(x, truth->origin_x_m() + truth->width_m());
     const double ground = truth->upper_z_m(x, y).value_or(world->ground_m(x, y));
     EXPECT_NEAR(z, ground, 1.2);  // a mound between the wheels
+    above.push_back(z - ground);
     EXPECT_GT(pose.place_m[2], world->ground_m(pose.place_m[0], pose.place_m[1]) + 0.5);
     const Solids solids(*world, {x - 1, y - 1, x + 1, y + 1});
     for (const double height : {0.4, 1.0, 1.7})
@@ -206,6 +207,9 @@ TEST_P(EveryDrive, KeepsClearOfThingsAndStandsOnTheGround) {
     const auto& before = drive.poses()[i - 1].place_m;
     EXPECT_NEAR(std::hypot(pose.place_m[0] - before[0], pose.place_m[1] - before[1]), 1, 0.95) << i;
   }
+  const auto middle = above.begin() + static_cast<std::ptrdiff_t>(above.size() / 2);
+  std::nth_element(above.begin(), middle, above.end());
+  EXPECT_NEAR(*middle, 0, 0.05);
 }
 
 TEST(Drive, MeetsItsBeginningAgain) {
@@ -234,7 +238,7 @@ TEST(Drive, KeepsToTheStreetsOfTheCity) {
 }
 
 TEST(Drive, ScansDependOnNothingElse) {
-  const Drive drive(scene("forest"), small(12));
+  const Drive drive(scene("hills"), small(6));
   const auto all = all_scans(drive);
   const auto equal = [](const std::vector<DrivePoint>& a, const std::vector<DrivePoint>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const DrivePoint& p, const DrivePoint& q) {
@@ -242,17 +246,17 @@ TEST(Drive, ScansDependOnNothingElse) {
     });
   };
   std::vector<std::vector<DrivePoint>> one(1);
-  drive.scan(5, 6, one);
-  EXPECT_TRUE(equal(one[0], all[5])) << "alone and together";
-  SceneOptions moved = scene("forest");
+  drive.scan(3, 4, one);
+  EXPECT_TRUE(equal(one[0], all[3])) << "alone and together";
+  SceneOptions moved = scene("hills");
   moved.origin_x_m = 350'000.25;
   moved.origin_y_m = -5'600'000;
-  const Drive far(moved, small(12));
-  EXPECT_TRUE(equal(all_scans(far)[7], all[7])) << "wherever the scene is";
-  EXPECT_NEAR(far.poses()[7].place_m[0], drive.poses()[7].place_m[0] + 350'000.25, 1e-6);
-  SceneOptions other = scene("forest");
+  const Drive far(moved, small(6));
+  EXPECT_TRUE(equal(all_scans(far)[4], all[4])) << "wherever the scene is";
+  EXPECT_NEAR(far.poses()[4].place_m[0], drive.poses()[4].place_m[0] + 350'000.25, 1e-6);
+  SceneOptions other = scene("hills");
   other.seed = 4;
-  EXPECT_FALSE(equal(all_scans(Drive(other, small(12)))[7], all[7]));
+  EXPECT_FALSE(equal(all_scans(Drive(other, small(6)))[4], all[4]));
 }
 
 TEST(Drive, DriftGrowsSmoothlyFromNothing) {
