@@ -21,10 +21,12 @@ class MemoryMap final : public TileSink, public TileSource {
     return *this;
   }
 
-  void put(TileId id, TerrainTile&& tile) override {
+  Digest put(TileId id, TerrainTile&& tile) override {
+    const Digest kept = digest(tile);
     auto shared = std::make_shared<const TerrainTile>(std::move(tile));
     const std::lock_guard lock(mutex_);
     tiles_.emplace(id, std::move(shared));
+    return kept;
   }
 
   const MapLayout& layout() const override { return layout_; }

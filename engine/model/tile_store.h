@@ -32,8 +32,8 @@ constexpr TileId block_of(const TileGrid& grid, TileId tile) {
 class TileSink {
  public:
   virtual ~TileSink() = default;
-  // Takes the tile. Throws Error(kFailed) when it can't be kept.
-  virtual void put(TileId id, TerrainTile&& tile) = 0;
+  // Takes the tile and returns its digest. Throws Error(kFailed) when it can't be kept.
+  virtual Digest put(TileId id, TerrainTile&& tile) = 0;
 };
 
 // Finished tiles of one immutable map revision. Thread-safe.

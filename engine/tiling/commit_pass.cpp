@@ -31,10 +31,9 @@ CommitSummary commit_pass(const PassContext& context, FinishedTiles&& finished, 
     CommitSummary here;
     count_nodes(tile, here);
     if (here.nodes() == 0) return;  // nothing reached this tile
-    here.digest = digest(tile);
     here.tiles = 1;
+    here.digest = sink.put(tiles[i].id, std::move(tile));
     sums[static_cast<std::size_t>(worker)] += here;
-    sink.put(tiles[i].id, std::move(tile));
   });
   CommitSummary all;
   for (const CommitSummary& s : sums) all += s;

@@ -1,7 +1,8 @@
 #include "io/store/chunk_codec.h"
 
-#include <libdeflate.h>
+#include <isa-l/igzip_lib.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "engine/error.h"
@@ -10,6 +11,9 @@ namespace btms {
 namespace {
 
 constexpr std::size_t kChecksum_bytes = 4;
+// Matches and literals of a Huffman code: a byte plane of a chunk has a few codes of its own. With the library's
+// default of four times as many, files are 1.2 % larger and it is 8 % faster.
+constexpr std::size_t kCompressor_bytes = ISAL_DEF_LVL1_SMALL;
 
 // The element size is a constant in the loops, else the compiler can't vectorise them.
 template <std::size_t kBytes>
@@ -32,6 +36,15 @@ void unshuffle(const std::uint8_t* in, std::size_t element_bytes, std::span<std:
   if (element_bytes == 2) return unshuffle_elements<2>(in, out.size() / 2, out.data());
   unshuffle_elements<4>(in, out.size() / 4, out.data());
 }
+
+// Most that a zlib stream takes: nothing compressible, in stored blocks.
+constexpr std::size_t zlib_bound(std::size_t bytes) {
+  constexpr std::size_t kWrapper_bytes = 6, kBlock_bytes = 65535, kBlockHeader_bytes = 5;
+  return kWrapper_bytes + bytes + (bytes / kBlock_bytes + 1) * kBlockHeader_bytes;
+}
+
+// The library only reads from where next_in points.
+std::uint8_t* input(std::span<const std::uint8_t> bytes) { return const_cast<std::uint8_t*>(bytes.data()); }
 
 }  // namespace
 
@@ -59,23 +72,30 @@ std::uint32_t fletcher32(std::span<const std::uint8_t> bytes) {
   return fold(sum2) << 16 | fold(sum1);
 }
 
-ChunkEncoder::ChunkEncoder() : compressor_(libdeflate_alloc_compressor(kDeflateLevel)) {
-  if (!compressor_) throw Error(ErrorCode::kFailed, "out of memory for the compressor");
-}
-ChunkEncoder::~ChunkEncoder() { libdeflate_free_compressor(static_cast<libdeflate_compressor*>(compressor_)); }
+ChunkEncoder::ChunkEncoder() : stream_(std::make_unique<isal_zstream>()), work_(kCompressor_bytes) {}
+ChunkEncoder::~ChunkEncoder() = default;
 
 std::vector<std::uint8_t> ChunkEncoder::encode(std::span<const std::uint8_t> values, std::size_t element_bytes) {
-  auto* compressor = static_cast<libdeflate_compressor*>(compressor_);
-  const std::uint8_t* source = values.data();
+  std::span<const std::uint8_t> source = values;
   if (element_bytes > 1) {
     shuffled_.resize(values.size());
     shuffle(values, element_bytes, shuffled_.data());
-    source = shuffled_.data();
+    source = shuffled_;
   }
-  const std::size_t room = libdeflate_zlib_compress_bound(compressor, values.size());
-  if (deflated_.size() < room) deflated_.resize(room);
-  const std::size_t size = libdeflate_zlib_compress(compressor, source, values.size(), deflated_.data(), room);
-  if (size == 0) throw Error(ErrorCode::kFailed, "the compressor ran out of room");
+  deflated_.resize(std::max(deflated_.size(), zlib_bound(values.size())));
+  isal_deflate_stateless_init(stream_.get());
+  stream_->gzip_flag = IGZIP_ZLIB;
+  stream_->level = kDeflateLevel;
+  stream_->level_buf = work_.data();
+  stream_->level_buf_size = static_cast<std::uint32_t>(work_.size());
+  stream_->end_of_stream = 1;
+  stream_->next_in = input(source);
+  stream_->avail_in = static_cast<std::uint32_t>(source.size());
+  stream_->next_out = deflated_.data();
+  stream_->avail_out = static_cast<std::uint32_t>(deflated_.size());
+  if (isal_deflate_stateless(stream_.get()) != COMP_OK)
+    throw Error(ErrorCode::kFailed, "the compressor could not compress a chunk");
+  const std::size_t size = stream_->total_out;
   const std::uint32_t sum = fletcher32({deflated_.data(), size});
   std::vector<std::uint8_t> out(size + kChecksum_bytes);
   std::memcpy(out.data(), deflated_.data(), size);
@@ -83,10 +103,8 @@ std::vector<std::uint8_t> ChunkEncoder::encode(std::span<const std::uint8_t> val
   return out;
 }
 
-ChunkDecoder::ChunkDecoder() : decompressor_(libdeflate_alloc_decompressor()) {
-  if (!decompressor_) throw Error(ErrorCode::kFailed, "out of memory for the decompressor");
-}
-ChunkDecoder::~ChunkDecoder() { libdeflate_free_decompressor(static_cast<libdeflate_decompressor*>(decompressor_)); }
+ChunkDecoder::ChunkDecoder() : state_(std::make_unique<inflate_state>()) {}
+ChunkDecoder::~ChunkDecoder() = default;
 
 bool ChunkDecoder::decode(std::span<const std::uint8_t> stored, std::size_t element_bytes,
                           std::span<std::uint8_t> values) {
@@ -100,10 +118,13 @@ bool ChunkDecoder::decode(std::span<const std::uint8_t> stored, std::size_t elem
     shuffled_.resize(values.size());
     target = shuffled_.data();
   }
-  // A null size pointer asks for exactly values.size() bytes.
-  if (libdeflate_zlib_decompress(static_cast<libdeflate_decompressor*>(decompressor_), stream.data(), stream.size(),
-                                 target, values.size(), nullptr) != LIBDEFLATE_SUCCESS)
-    return false;
+  isal_inflate_init(state_.get());
+  state_->crc_flag = ISAL_ZLIB;
+  state_->next_in = input(stream);
+  state_->avail_in = static_cast<std::uint32_t>(stream.size());
+  state_->next_out = target;
+  state_->avail_out = static_cast<std::uint32_t>(values.size());
+  if (isal_inflate_stateless(state_.get()) != ISAL_DECOMP_OK || state_->total_out != values.size()) return false;
   if (element_bytes > 1) unshuffle(shuffled_.data(), element_bytes, values);
   return true;
 }

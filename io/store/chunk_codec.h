@@ -4,29 +4,32 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
+struct isal_zstream;
+struct inflate_state;
+
 namespace btms {
 
-inline constexpr int kDeflateLevel = 1;  // higher levels buy 2 % at twice the time
+inline constexpr int kDeflateLevel = 1;  // higher levels of ISA-L buy nothing here
 
 // HDF5's variant of Fletcher-32 (16-bit big-endian words).
 std::uint32_t fletcher32(std::span<const std::uint8_t> bytes);
 
-// Holds the compressor's state; use one per thread at a time. Bytes depend on the libdeflate version, values don't.
+// Holds the compressor's state; use one per thread at a time. Bytes depend on the version of ISA-L, values don't.
 class ChunkEncoder {
  public:
   ChunkEncoder();
   ~ChunkEncoder();
   ChunkEncoder(const ChunkEncoder&) = delete;
   ChunkEncoder& operator=(const ChunkEncoder&) = delete;
-  // Throws Error(kFailed) when out of memory.
   std::vector<std::uint8_t> encode(std::span<const std::uint8_t> values, std::size_t element_bytes);
 
  private:
-  void* compressor_;
-  std::vector<std::uint8_t> shuffled_, deflated_;  // kept between calls
+  std::unique_ptr<isal_zstream> stream_;
+  std::vector<std::uint8_t> work_, shuffled_, deflated_;  // kept between calls
 };
 
 class ChunkDecoder {
@@ -39,7 +42,7 @@ class ChunkDecoder {
   bool decode(std::span<const std::uint8_t> stored, std::size_t element_bytes, std::span<std::uint8_t> values);
 
  private:
-  void* decompressor_;
+  std::unique_ptr<inflate_state> state_;
   std::vector<std::uint8_t> shuffled_;
 };
 

@@ -209,7 +209,7 @@ std::string manifest_text(const Manifest& m) {
   line("preset", info.preset);
   line("parameters", parameters);
   line("parameters_xxh3", hex64(xxh3_64(bytes_of(json_line(parameters)))));
-  line("compression", {{"filters", "shuffle deflate fletcher32"}, {"level", kDeflateLevel}, {"library", "libdeflate"}});
+  line("compression", {{"filters", "shuffle deflate fletcher32"}, {"level", kDeflateLevel}, {"library", "ISA-L"}});
   line("points", info.points);
   line("dropped", info.dropped);
   line("inputs", inputs);

@@ -40,9 +40,9 @@ class FolderWriter final : public MapWriter {
     if (lock && published_revision(folder_) < revision_) give_up();
   }
 
-  void put(TileId id, TerrainTile&& tile) override {
+  Digest put(TileId id, TerrainTile&& tile) override {
     try {
-      accept(id, std::move(tile));
+      return accept(id, std::move(tile));
     } catch (...) {
       const std::lock_guard lock(mutex_);
       failed_ = true;
@@ -51,7 +51,7 @@ class FolderWriter final : public MapWriter {
   }
 
   std::vector<std::uint8_t> finish() override {
-    for (auto& [id, tiles] : pending_) write_shard(id, std::move(tiles));
+    for (auto& [id, waiting] : pending_) write_shard(id, std::move(waiting));
     pending_.clear();
     for (AtomicFile& staged : staged_) staged.place();
     staged_.clear();
@@ -105,7 +105,13 @@ class FolderWriter final : public MapWriter {
  private:
   static constexpr std::size_t kBatch = 16;  // files fsynced together
 
-  void accept(TileId id, TerrainTile&& tile) {
+  // Tiles of one shard.
+  struct Waiting {
+    std::vector<PlacedTile> tiles;
+    Digest digest;  // their sum
+  };
+
+  Digest accept(TileId id, TerrainTile&& tile) {
     if (tile.resolution_mm != layout_.lattice.resolution_mm() ||
         tile.box.intersect(layout_.grid.box_of(id)) != (tile.box.empty() ? CellBox{} : tile.box) ||
         tile.box.cells() > kMaxShardCells)
@@ -114,32 +120,33 @@ class FolderWriter final : public MapWriter {
       throw Error(ErrorCode::kFailed,
                   "tile " + tile_text(id) + " lists its further surfaces out of order, or too many of them");
     const TileId shard = shard_of(layout_, id);
-    std::vector<PlacedTile> complete;
+    const Digest kept = digest(tile);
+    Waiting complete;
     {
       const std::lock_guard lock(mutex_);
       if (finished_) throw Error(ErrorCode::kFailed, "a tile came after the writer had finished");
       if (!seen_.insert(id).second) throw Error(ErrorCode::kFailed, "tile " + tile_text(id) + " came twice");
-      if (tile.box.empty()) return;
-      std::vector<PlacedTile>& waiting = pending_[shard];
-      waiting.emplace_back(id, std::move(tile));
-      if (waiting.size() < static_cast<std::size_t>(block_) * static_cast<std::size_t>(block_)) return;
+      if (tile.box.empty()) return kept;
+      Waiting& waiting = pending_[shard];
+      waiting.tiles.emplace_back(id, std::move(tile));
+      waiting.digest += kept;
+      if (waiting.tiles.size() < static_cast<std::size_t>(block_) * static_cast<std::size_t>(block_)) return kept;
       complete = std::move(waiting);
       pending_.erase(shard);
     }
     write_shard(shard, std::move(complete));
+    return kept;
   }
 
-  void write_shard(TileId id, std::vector<PlacedTile>&& tiles) {
+  void write_shard(TileId id, Waiting&& shard) {
     ShardEntry entry;
     entry.id = id;
     entry.file = shard_file_name(id, revision_);
-    for (const auto& [tile_id, tile] : tiles) {
-      entry.tiles.push_back({tile_id, tile.box});
-      entry.digest += digest(tile);
-    }
+    entry.digest = shard.digest;
+    for (const auto& [tile_id, tile] : shard.tiles) entry.tiles.push_back({tile_id, tile.box});
     std::sort(entry.tiles.begin(), entry.tiles.end(),
               [](const TileEntry& a, const TileEntry& b) { return a.id < b.id; });
-    const EncodedShard encoded = encode_shard(assemble(std::move(tiles)), crs_);
+    const EncodedShard encoded = encode_shard(assemble(std::move(shard.tiles)), crs_);
     entry.bytes = encoded.file.size();
     entry.file_xxh3 = xxh3_64(encoded.file);
     entry.values_xxh3 = encoded.values_xxh3;
@@ -178,7 +185,7 @@ class FolderWriter final : public MapWriter {
   const std::uint64_t revision_;
   std::mutex mutex_;  // guards what follows
   std::set<TileId> seen_;
-  std::map<TileId, std::vector<PlacedTile>> pending_;  // shards that wait for more tiles
+  std::map<TileId, Waiting> pending_;  // shards that wait for more tiles
   std::vector<ShardEntry> shards_;
   std::vector<AtomicFile> staged_;  // written, not yet durable
   bool failed_ = false, finished_ = false, published_ = false;

@@ -7,7 +7,7 @@
 namespace btms::test {
 namespace {
 
-constexpr const char* kPoints = "1500000";
+constexpr const char* kPoints = "4000000";
 
 // Starts the call, lets it work for a while, interrupts it. False when it had not begun, or was done, before the
 // signal.

@@ -49,7 +49,7 @@ std::string label_digest(const MemoryMap& map, const std::vector<CloudPoint>& po
 // Drops tiles: ranks can't hand them over, their digest travels in the summary.
 class NoSink final : public TileSink {
  public:
-  void put(TileId, TerrainTile&&) override {}
+  Digest put(TileId, TerrainTile&& tile) override { return digest(tile); }
 };
 
 }  // namespace
