@@ -76,8 +76,8 @@ bool is_unknown_word(const std::string& word, std::span<const Command> commands)
   return true;
 }
 
-// What a pass frees, the next one takes again: giving it back to the system would only mean to fault it in anew. (Under a
-// memory budget the engine's pager gives back what is free.)
+// What a pass frees, the next one takes again: giving it back to the system would only mean to fault it in anew. (Under
+// a memory budget the engine's pager gives back what is free.)
 void keep_freed_memory() {
   constexpr int kLargestPooled_bytes = 32 << 20, kNever_bytes = 1 << 30;
   mallopt(M_MMAP_THRESHOLD, kLargestPooled_bytes);
@@ -96,8 +96,8 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(36);
   app.option_defaults()->always_capture_default();
-  const Command commands[] = {add_build(app),  add_label(app), add_segment(app), add_info(app), add_query(app),
-                              add_digest(app), add_eval(app),  add_params(app),  add_synth(app)};
+  const Command commands[] = {add_build(app),  add_label(app), add_segment(app), add_info(app),  add_query(app),
+                              add_digest(app), add_eval(app),  add_params(app),  add_sweep(app), add_synth(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
