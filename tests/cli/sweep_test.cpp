@@ -8,13 +8,6 @@
 namespace btms::test {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST(CliSweep, WritesARowForEveryValueWithAndWithoutCompletion) {
   const TempFolder folder;
   ASSERT_EQ(run({"synth", "--scene", "city", "--points", "60000", "-o", folder / "scene"}).status, 0);
@@ -38,7 +31,7 @@ TEST(CliSweep, WritesARowForEveryValueWithAndWithoutCompletion) {
   EXPECT_NEAR(json["spread_of_accuracy"]["resolution_m"]["kernel"], greatest - least, 1e-9);
   EXPECT_NE(json["rows"][0]["without_ambiguous"], json["rows"][1]["without_ambiguous"]);
 
-  const std::string csv = text_of(folder / "sweep/sweep.csv"), svg = text_of(folder / "sweep/sweep.svg");
+  const std::string csv = read_text(folder / "sweep/sweep.csv"), svg = read_text(folder / "sweep/sweep.svg");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
   EXPECT_EQ(csv.substr(0, 27), "parameter,value,completion,");
   EXPECT_NE(csv.find("\nresolution_m,8,none,1,"), std::string::npos) << csv;
