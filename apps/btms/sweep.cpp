@@ -22,11 +22,19 @@ namespace fs = std::filesystem;
 struct SweepCommand {
   CommonOptions common;
   ParameterOptions parameters;
-  std::vector<std::string> points, over = {"resolution=1,2,3,4,6,8", "slope_max_deg=10,15,20,25,30,35,40",
-                                           "terrain_distance_m=0.05,0.1,0.125,0.2,0.3,0.4,0.5"};
+  std::vector<std::string> points, over;
   std::string truth, label_map, output;
   bool force = false;
 };
+
+// The paper's three: resolution, inclination and distance thresholds, or what stands for them coarse to fine (slopes
+// are tangents there: 10 to 40 degrees).
+std::vector<std::string> usual_axes(Method method) {
+  const std::string resolution = "resolution=1,2,3,4,6,8";
+  if (method == Method::kFixed)
+    return {resolution, "slope_max_deg=10,15,20,25,30,35,40", "terrain_distance_m=0.05,0.1,0.125,0.2,0.3,0.4,0.5"};
+  return {resolution, "slope_limit=0.176,0.268,0.364,0.466,0.577,0.7,0.839", "label_spread=1,2,3,4,6,8"};
+}
 
 struct Input {
   fs::path points, truth;
@@ -64,6 +72,14 @@ const ParameterInfo& swept_parameter(std::string name) {
   throw Error(ErrorCode::kUsage, "--over: '" + name + "' is no parameter with numbers; `btms params` lists them");
 }
 
+// Levels up to the coarsest of `base`, and no further.
+int levels_from(double resolution_m, const Parameters& base) {
+  const double coarsest_m = base.resolution_m * (1 << (base.levels - 1));
+  int levels = 1;
+  while (resolution_m * (1 << levels) <= coarsest_m) ++levels;
+  return levels;
+}
+
 // One --over NAME=V,V...: a setting for each value, with and without completion.
 void add_settings(const std::string& over, const Parameters& base, std::vector<SweepRow>& rows,
                   std::vector<Parameters>& settings) {
@@ -75,6 +91,7 @@ void add_settings(const std::string& over, const Parameters& base, std::vector<S
     const std::size_t end = std::min(over.find(',', at), over.size());
     Parameters p = base;
     set_parameter(p, info.name, over.substr(at, end - at));
+    if (info.name == "resolution_m" && p.method == Method::kCoarseToFine) p.levels = levels_from(p.resolution_m, base);
     double value = 0;
     const std::string text = parameter_text(p, info);
     std::from_chars(text.data(), text.data() + text.size(), value);
@@ -120,7 +137,8 @@ int run_sweep(const SweepCommand& command) {
   Sweep sweep{choice.preset, inputs.size(), false, {}};
   sweep.ambiguous = (rules.sensor_height_m > 0 && !rules.ambiguous.empty()) || !rules.decided_terrain.empty();
   std::vector<Parameters> settings;
-  for (const std::string& over : command.over) add_settings(over, choice.parameters, sweep.rows, settings);
+  const auto axes = command.over.empty() ? usual_axes(choice.parameters.method) : command.over;
+  for (const std::string& over : axes) add_settings(over, choice.parameters, sweep.rows, settings);
   for (SweepRow& row : sweep.rows) row.files.resize(inputs.size());
   const fs::path folder(command.output), csv = folder / "sweep.csv", svg = folder / "sweep.svg";
   refuse_existing(std::array{csv, svg}, command.force);
@@ -155,7 +173,9 @@ constexpr const char* kFooter =
     "completion; the other parameters stay as the preset, the file and the flags have them. DIR gets sweep.csv (a row "
     "a\n"
     "setting: mean and deviation over the files) and sweep.svg (a panel a parameter). The spread, greatest less least\n"
-    "accuracy, says how much a wrong choice costs.\n"
+    "accuracy, says how much a wrong choice costs. Coarse to fine, another resolution takes levels off or adds some, "
+    "so\n"
+    "that the coarsest stays what it was.\n"
     "\n"
     "Examples:\n"
     "  btms sweep --points sequences/00/velodyne --truth sequences/00/labels --preset single-scan -o sweep\n"
@@ -180,8 +200,10 @@ Command add_sweep(CLI::App& btms) {
       ->check(CLI::IsMember(label_map_names()))
       ->default_str("")
       ->type_name("MAP");
-  app->add_option("--over", command->over, "A parameter and its values; may be given several times")
+  app->add_option("--over", command->over,
+                  "A parameter and its values; may be given several times (default: resolution, slope and distance)")
       ->allow_extra_args(false)
+      ->default_str("")
       ->type_name("NAME=V,V...");
   app->add_option("-o,--output", command->output, "Folder for table and plot; made when missing")
       ->required()

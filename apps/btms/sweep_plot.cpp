@@ -10,7 +10,8 @@
 namespace btms {
 namespace {
 
-constexpr double kPanelWidth = 300, kPanelHeight = 230, kLeft = 62, kTop = 44, kBetween = 34, kBottom = 84, kRight = 20;
+constexpr double kPanelWidth = 300, kPanelHeight = 230, kLeft = 62, kTop = 44, kBetween = 34, kBottom = 84, kRight = 20,
+                 kLegendColumn = 350;
 
 struct Line {
   const char* title;
@@ -64,7 +65,10 @@ std::string rule(double x0, double y0, double x1, double y1, std::string_view co
 std::string axis_title(const std::string& parameter) {
   for (const ParameterInfo& info : parameter_table())
     if (info.name == parameter) {
-      std::string title = parameter;
+      std::string title = parameter.ends_with(fmt::format("_{}", info.unit))
+                              ? parameter.substr(0, parameter.size() - info.unit.size() - 1)
+                              : parameter;
+      std::replace(title.begin(), title.end(), '_', ' ');
       if (!info.symbol.empty()) title += fmt::format(" ({})", info.symbol);
       return info.unit.empty() ? title : fmt::format("{}, {}", title, info.unit);
     }
@@ -122,7 +126,7 @@ std::string legend(const Sweep& sweep, double y) {
         "stroke-dasharray=\"{}\"/>\n",
         x, y - 4, x + 28, y - 4, line.colour, line.dashes);
     svg += text(x + 36, y, "start", line.title);
-    x += 320;
+    x += kLegendColumn;
   }
   return svg;
 }
@@ -134,7 +138,7 @@ void write_sweep_plot(const Sweep& sweep, const std::filesystem::path& path) {
   const std::vector<std::string> parameters = sweep.parameters();
   const auto panels = static_cast<double>(parameters.size());
   const double width =
-      std::max(kLeft + kRight + panels * kPanelWidth + (panels - 1) * kBetween, kLeft + kRight + 2 * 320.0);
+      std::max(kLeft + kRight + panels * kPanelWidth + (panels - 1) * kBetween, kLeft + kRight + 2 * kLegendColumn);
   const double height = kTop + kPanelHeight + kBottom + (sweep.ambiguous ? 20 : 0);
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
