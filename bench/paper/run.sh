@@ -32,7 +32,7 @@ find_data() {
   else
     sequence=$work/drive
     say "BTMS_DATA names no SemanticKITTI: simulating a drive"
-    "$btms" synth --drive --scene "${SCENE:-city}" --scans "${SCANS:-100}" -o "$sequence" -q >&2
+    "$btms" synth --drive --scene "${SCENE:-city}" --scans "${SCANS:-100}" -o "$sequence" -q > "$work/log"
     good_poses=$sequence/poses.txt bad_poses=$sequence/poses_drifting.txt calib=
     data=$work sets=drive
     echo "Data: a simulated drive of ${SCANS:-100} scans through the scene ${SCENE:-city}; no real data was found"
@@ -42,26 +42,26 @@ find_data() {
 # accumulate OPTIONS: the partial map
 accumulate() {
   "$btms" accumulate --scans "$sequence/velodyne" --labels "$sequence/labels" --voxel 0.2 "$@" -o "$work/map.las" \
-    -q --force >&2
+    -q --force > "$work/log"
 }
 
 table() {
   find_data
-  accumulate --poses "$good_poses"
   for set in $sets; do
     [ ! -d "$data/$set" ] || "$bin/btms_paper" --scans "$data/$set/velodyne" --labels "$data/$set/labels"
   done
+  accumulate --poses "$good_poses"
   "$bin/btms_paper" --maps "$work/map.las"
 }
 
 sweep() {
   find_data
-  accumulate --poses "$good_poses"
   for preset in paper-single-scan single-scan; do
     echo "Preset $preset, scans"
     "$btms" sweep --points "$sequence/velodyne" --truth "$sequence/labels" --preset $preset -o "$here/sweep-$preset" \
       --force -q
   done
+  accumulate --poses "$good_poses"
   for preset in paper-partial-map partial-map; do
     echo "Preset $preset, map"
     "$btms" sweep --points "$work/map.las" --label-map partial-map --preset $preset -o "$here/sweep-$preset" --force -q
@@ -75,11 +75,11 @@ drift_row() {
   shift
   rm -rf "$work/map.btms" "$work/labels"
   accumulate "$@"
-  "$btms" build "$work/map.las" -o "$work/map.btms" --preset partial-map -q >&2
-  "$btms" label "$work/map.btms" "$work/map.las" -o "$work/labels" -q >&2
+  "$btms" build "$work/map.las" -o "$work/map.btms" --preset partial-map -q > "$work/log"
+  "$btms" label "$work/map.btms" "$work/map.las" -o "$work/labels" -q > "$work/log"
   "$btms" eval --label-map partial-map --truth "$work/map.las" --prediction "$work/labels" -q |
-    awk -v name="$name" '/^Without/ { without = 1 } $1 == "map" { f1[without] = $(NF-4); a[without] = $(NF-3) }
-      END { printf "| %s | %s | %s | %s | %s |\n", name, f1[0], a[0], f1[1], a[1] }'
+    awk -v name="$name" 'BEGIN { part = "with" } /^Without/ { part = "without" } $1 == "map" { f1[part] = $(NF-5); a[part] = $(NF-4) }
+      END { printf "| %s | %s | %s | %s | %s |\n", name, f1["with"], a["with"], f1["without"], a["without"] }'
 }
 
 drift() {
