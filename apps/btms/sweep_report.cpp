@@ -45,12 +45,10 @@ std::vector<std::string> Sweep::parameters() const {
   return names;
 }
 
-std::optional<double> Sweep::spread(const std::string& parameter, Completion completion, Confusion Scores::*part,
-                                    double from, double to) const {
+std::optional<double> Sweep::spread(const std::string& parameter, Completion completion) const {
   std::vector<double> values;
   for (const SweepRow& row : rows)
-    if (row.parameter == parameter && row.completion == completion && row.value >= from && row.value <= to)
-      values.push_back(row.accuracy(part));
+    if (row.parameter == parameter && row.completion == completion) values.push_back(row.accuracy(&Scores::without));
   if (values.size() < 2) return {};
   const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
   return *greatest - *least;
@@ -76,7 +74,7 @@ void print_sweep_text(const Sweep& sweep) {
   for (const std::string& name : sweep.parameters()) {
     std::vector<std::string> cells{name};
     for (const Completion c : {Completion::kKernel, Completion::kNone}) {
-      const auto spread = sweep.spread(name, c, &Scores::without);
+      const auto spread = sweep.spread(name, c);
       cells.push_back(spread ? percent_text(*spread) : "-");
     }
     spreads.row(cells);
@@ -102,8 +100,7 @@ void print_sweep_json(const Sweep& sweep, const std::filesystem::path& folder) {
   }
   for (const std::string& name : sweep.parameters())
     for (const Completion c : {Completion::kKernel, Completion::kNone})
-      if (const auto spread = sweep.spread(name, c, &Scores::without))
-        json["spread_of_accuracy"][name][completion_text(c)] = *spread;
+      if (const auto spread = sweep.spread(name, c)) json["spread_of_accuracy"][name][completion_text(c)] = *spread;
   print_json(json);
 }
 

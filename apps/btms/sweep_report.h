@@ -31,9 +31,8 @@ struct Sweep {
   std::vector<SweepRow> rows;
 
   std::vector<std::string> parameters() const;  // in the order of the rows
-  // Greatest less least accuracy over the values of a parameter that lie in `from` to `to`; nothing for fewer than two.
-  std::optional<double> spread(const std::string& parameter, Completion completion, Confusion Scores::*part,
-                               double from = -1e300, double to = 1e300) const;
+  // Greatest less least accuracy without the ambiguous classes; nothing for fewer than two values.
+  std::optional<double> spread(const std::string& parameter, Completion completion) const;
 };
 
 void print_sweep_text(const Sweep& sweep);
