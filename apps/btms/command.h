@@ -23,6 +23,7 @@ Command add_query(CLI::App& btms);
 Command add_digest(CLI::App& btms);
 Command add_eval(CLI::App& btms);
 Command add_params(CLI::App& btms);
+Command add_sweep(CLI::App& btms);
 Command add_synth(CLI::App& btms);
 Command add_accumulate(CLI::App& btms);
 

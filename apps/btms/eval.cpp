@@ -46,9 +46,13 @@ bool is_kitti(const fs::path& truth) {
   return false;
 }
 
+TruthRules label_map_rules(const EvalCommand& command) {
+  if (command.label_map.empty()) return is_kitti(command.truth) ? semantic_kitti_rules() : asprs_rules();
+  return rules_of_label_map(command.label_map);
+}
+
 TruthRules rules_for(const EvalCommand& command) {
-  const bool kitti = command.label_map.empty() ? is_kitti(command.truth) : command.label_map == "kitti";
-  TruthRules rules = kitti ? semantic_kitti_rules() : asprs_rules();
+  TruthRules rules = label_map_rules(command);
   if (command.terrain_option->count() > 0) rules.terrain = command.terrain;
   if (command.ignore_option->count() > 0) rules.ignored = command.ignore;
   if (command.ambiguous_option->count() > 0) rules.ambiguous = command.ambiguous;
@@ -143,6 +147,7 @@ constexpr const char* kFooter =
     "  btms eval --truth demo --prediction demo/labelled --classes\n"
     "  btms eval --truth demo --prediction demo/labelled --picture wrong.png --picture-box 0,0,100,80\n"
     "  btms eval --truth sequences/00/labels --prediction predictions\n"
+    "  btms eval --label-map partial-map --truth map.las --prediction labelled --picture wrong.png\n"
     "  btms eval --map demo/city.btms --scene city --points 2000000\n"
     "\n"
     "Folders are paired by the names of their files. Terrain is the positive class; type I is terrain called object,\n"
@@ -151,9 +156,13 @@ constexpr const char* kFooter =
     "(1 terrain). Defaults of the truth's classes:\n"
     "  kitti  terrain 40 44 48 49 60 72, ignored 0 1, ambiguous 70: terrain below a quarter of the sensor's height of\n"
     "         1.73 m under the sensor; every table is given with and without it\n"
+    "  rellis  terrain 1 3 10 15 23 31 33 34, ignored 0, ambiguous 19, sensor 1.2 m above ground\n"
     "  asprs  terrain 2, ignored 7 9 17 18 20 26\n"
+    "  partial-map  of `btms accumulate`: terrain 2, object 1, ignored 0 7; 3 and 5 are ambiguous points decided scan\n"
+    "         by scan, terrain (3) or object (5) in the table with them, left out of the one without\n"
     "\n"
-    "The picture shows all files from above: right points pale, terrain called object blue, object called terrain "
+    "The picture shows all files from above: the paper's colours, right terrain green, right objects\n"
+    "black, terrain called object blue, object called terrain "
     "red.\n"
     "Wrong points lie above the others and are at least 3 pixels wide, so it makes them look like more than they are.\n"
     "\n"
@@ -182,8 +191,9 @@ Command add_eval(CLI::App& btms) {
       ->default_str("")
       ->type_name("PATH|N");
   const char* group = "Truth (default: by label map)";
-  app->add_option("--label-map", command->label_map, "kitti or asprs (default: kitti for .label, else asprs)")
-      ->check(CLI::IsMember({"kitti", "asprs"}))
+  app->add_option("--label-map", command->label_map,
+                  "kitti, rellis, asprs or partial-map (default: kitti for .label, else asprs)")
+      ->check(CLI::IsMember(label_map_names()))
       ->default_str("")
       ->type_name("MAP")
       ->group(group);

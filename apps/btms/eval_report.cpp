@@ -58,7 +58,12 @@ const char* role(std::uint32_t id, const TruthRules& rules) {
   const auto in = [&](const std::vector<std::uint32_t>& list) {
     return std::find(list.begin(), list.end(), id) != list.end();
   };
-  return in(rules.terrain) ? "terrain" : in(rules.ignored) ? "ignored" : in(rules.ambiguous) ? "ambiguous" : "object";
+  if (in(rules.terrain)) return "terrain";
+  if (in(rules.ignored)) return "ignored";
+  if (in(rules.ambiguous)) return "ambiguous";
+  if (in(rules.decided_terrain)) return "ambiguous, terrain";
+  if (in(rules.decided_object)) return "ambiguous, object";
+  return "object";
 }
 
 std::vector<std::string> row_of(const std::string& name, const Confusion& c) {
@@ -115,19 +120,19 @@ Json part_json(const std::vector<EvalResult>& results, Part part) {
 void print_eval_text(const std::vector<EvalResult>& results, const TruthRules& rules, bool per_class) {
   std::uint64_t left_out = 0;
   for (const EvalResult& r : results) left_out += r.left_out;
-  if (!rules.ambiguous.empty()) {
-    print_line(rules.sensor_height_m > 0
-                   ? fmt::format("With the ambiguous classes (terrain below {:.3f} m), in percent",
-                                 -0.25 * rules.sensor_height_m)
-                   : "Without the ambiguous classes, in percent");
-    print_table(results, &Scores::with);
-    if (rules.sensor_height_m > 0) {
-      print_line("\nWithout the ambiguous classes, in percent");
-      print_table(results, &Scores::without);
-    }
-  } else {
-    print_line("In percent");
-    print_table(results, &Scores::with);
+  const bool decided = !rules.decided_terrain.empty() || !rules.decided_object.empty();
+  const bool by_height = rules.sensor_height_m > 0 && !rules.ambiguous.empty();
+  if (by_height)
+    print_line(
+        fmt::format("With the ambiguous classes (terrain below {:.3f} m), in percent", -0.25 * rules.sensor_height_m));
+  else if (decided)
+    print_line("With the ambiguous classes, as decided scan by scan, in percent");
+  else
+    print_line(rules.ambiguous.empty() ? "In percent" : "Without the ambiguous classes, in percent");
+  print_table(results, &Scores::with);
+  if (by_height || decided) {
+    print_line("\nWithout the ambiguous classes, in percent");
+    print_table(results, &Scores::without);
   }
   if (left_out > 0) print_line(fmt::format("{} points without a prediction left out", grouped(left_out)));
   if (!per_class) return;
@@ -157,6 +162,8 @@ void print_eval_json(const std::vector<EvalResult>& results, const TruthRules& r
   json["rules"] = {{"terrain", rules.terrain},
                    {"ignored", rules.ignored},
                    {"ambiguous", rules.ambiguous},
+                   {"decided_terrain", rules.decided_terrain},
+                   {"decided_object", rules.decided_object},
                    {"sensor_height_m", rules.sensor_height_m}};
   print_json(json);
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/error.h"
+
 namespace btms {
 namespace {
 
@@ -52,15 +54,39 @@ TruthRules semantic_kitti_rules() {
   return {.terrain = {40, 44, 48, 49, 60, 72}, .ignored = {0, 1}, .ambiguous = {70}, .sensor_height_m = 1.73};
 }
 
+TruthRules rellis_rules() {
+  return {.terrain = {1, 3, 10, 15, 23, 31, 33, 34}, .ignored = {0}, .ambiguous = {19}, .sensor_height_m = 1.2};
+}
+
+TruthRules partial_map_rules() {
+  return {.terrain = {2}, .ignored = {0, 7}, .ambiguous = {}, .decided_terrain = {3}, .decided_object = {5}};
+}
+
 TruthRules asprs_rules() {
   return {.terrain = {2}, .ignored = {7, 9, 17, 18, 20, 26}, .ambiguous = {}, .sensor_height_m = 0};
+}
+
+std::vector<std::string> label_map_names() { return {"kitti", "rellis", "asprs", "partial-map"}; }
+
+TruthRules rules_of_label_map(std::string_view name) {
+  if (name == "kitti") return semantic_kitti_rules();
+  if (name == "rellis") return rellis_rules();
+  if (name == "asprs") return asprs_rules();
+  if (name == "partial-map") return partial_map_rules();
+  throw Error(ErrorCode::kUsage,
+              "unknown label map '" + std::string(name) + "'; there are kitti, rellis, asprs and partial-map");
+}
+
+bool is_ambiguous(std::uint32_t truth, const TruthRules& rules) {
+  return holds(rules.ambiguous, truth) || holds(rules.decided_terrain, truth) || holds(rules.decided_object, truth);
 }
 
 Verdict verdict(std::uint32_t truth, bool terrain, double z_m, const TruthRules& rules) {
   if (holds(rules.ignored, truth)) return Verdict::kLeftOut;
   const bool ambiguous = holds(rules.ambiguous, truth);
   if (ambiguous && rules.sensor_height_m <= 0) return Verdict::kLeftOut;
-  const bool positive = ambiguous ? z_m < -0.25 * rules.sensor_height_m : holds(rules.terrain, truth);
+  const bool positive = ambiguous ? z_m < -0.25 * rules.sensor_height_m
+                                  : holds(rules.terrain, truth) || holds(rules.decided_terrain, truth);
   if (positive) return terrain ? Verdict::kTerrain : Verdict::kTypeOne;
   return terrain ? Verdict::kTypeTwo : Verdict::kObject;
 }
@@ -71,7 +97,7 @@ Scores score(std::span<const std::uint32_t> truth, std::span<const std::uint8_t>
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const Verdict v = verdict(truth[i], terrain[i] != 0, z_m.empty() ? 0 : static_cast<double>(z_m[i]), rules);
     tally(scores.with, v);
-    if (!holds(rules.ambiguous, truth[i])) tally(scores.without, v);
+    if (!is_ambiguous(truth[i], rules)) tally(scores.without, v);
   }
   return scores;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace btms {
@@ -32,12 +33,28 @@ struct TruthRules {
   std::vector<std::uint32_t>
       ambiguous;               // vegetation, bush: terrain only below -0.25 h_s ("with"), or left out ("without")
   double sensor_height_m = 0;  // h_s; 0 = the ambiguous classes are left out in both
+  // Ambiguous as well, but what they are "with" was decided scan by scan, where the sensor was still known.
+  std::vector<std::uint32_t> decided_terrain = {}, decided_object = {};
 };
 
 // SemanticKITTI: terrain 40 44 48 49 60 72, ambiguous 70, ignored 0 1, h_s = 1.73 m.
 TruthRules semantic_kitti_rules();
+// RELLIS-3D: terrain 1 3 10 15 23 31 33 34 (dirt, which the paper doesn't list, grass, asphalt, log, concrete, puddle,
+// mud, rubble), ambiguous 19 (bush), ignored 0; h_s = 1.2 m, roughly: the paper gives none.
+TruthRules rellis_rules();
+// What `btms accumulate` writes, LAS: terrain 2, object 1, ignored 0 7; ambiguous and decided per scan: 3 terrain,
+// 5 object.
+TruthRules partial_map_rules();
 // ASPRS LAS: terrain 2; ignored 7 9 17 18 20 26 (water, bridge decks, noise, reserved).
 TruthRules asprs_rules();
+
+// kitti, rellis, asprs, partial-map.
+std::vector<std::string> label_map_names();
+// Throws Error(kUsage) naming the label maps there are.
+TruthRules rules_of_label_map(std::string_view name);
+
+// True for classes that count "with" only.
+bool is_ambiguous(std::uint32_t truth, const TruthRules& rules);
 
 // What became of one point.
 enum class Verdict : std::uint8_t {

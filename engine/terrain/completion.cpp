@@ -281,7 +281,8 @@ BTMS_INLINE void predict(Node& node, double x3, double y3, std::int32_t centre_x
 }  // namespace
 
 CompletionRules::CompletionRules(const Parameters& p)
-    : normals(p.completion_normals),
+    : completion(p.completion),
+      normals(p.completion_normals),
       min_support(std::max<std::int64_t>(static_cast<std::int64_t>(round_half_up(p.min_support * kKernelUnit)),
                                          static_cast<std::int64_t>(1e-6 * kKernelUnit))),
       steepest_normal_xy2(btms::steepest_normal_xy2(p.slope_max_deg)),

@@ -17,6 +17,7 @@
 namespace btms {
 
 struct CompletionRules {
+  Completion completion = Completion::kKernel;  // kNone: predict nothing
   CompletionNormals normals = CompletionNormals::kPlane;
   std::int64_t reach9_mm2 = 0;   // 9 l^2: squared distances are exact in thirds of a millimetre
   double radius_mm = 0;          // l

@@ -179,7 +179,8 @@ BTMS_WIDE void complete_level_square(LevelNode* nodes, const std::array<bool, kT
   std::size_t n = 0;
   for (int doublings = rules.first() ? 2 : 0;; --doublings) {
     // Centroids are r / 3 from the centre.
-    n = near.find(3.0 * centre_x_mm, 3.0 * centre_y_mm, 3 * largest + rules.r_mm(), scratch.found.data());
+    if (q.completion == Completion::kKernel)
+      n = near.find(3.0 * centre_x_mm, 3.0 * centre_y_mm, 3 * largest + rules.r_mm(), scratch.found.data());
     sums = weigh(near, {scratch.found.data(), n}, to, radius, rules.first() ? q.first_tilt : q.tilt, rise_mm,
                  scratch.terms.data());
     const LongLanes few = wants & (to_lanes(sums.k) <= enough);

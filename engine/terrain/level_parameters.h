@@ -2,9 +2,18 @@
 // level's resolution in metres.
 #pragma once
 
+#include <cstdint>
+
 namespace btms {
 
+// Of both methods.
+enum class Completion : std::uint8_t {
+  kKernel,  // nodes that are not terrain are predicted from those around them that are
+  kNone,    // they are left alone, as by the paper's predecessor
+};
+
 struct LevelParameters {
+  Completion completion = Completion::kKernel;
   // Gate and fit
   double gate_m = 1.0, gate_per_r = 0.3;                        // dn0, dn1: points further below the prior are noise
   double fit_scale_m = 0.1, fit_scale_slope = 0.05;             // f0, f2: scale s of the reweighting

@@ -179,6 +179,13 @@ BTMS_INLINE Moments<Sum> choose(const LanePoints& p, const NodeModelRules& rules
   return select<Sum>(p, FixedPlanes{}, kMaxNodeRelief_mm);  // all points
 }
 
+BTMS_INLINE Lanes node_weights(const EigenSystems& e, const NodeModelRules& rules) {
+  if (rules.weight == NodeWeight::kNormalized) return (1.0 - e.l3 / e.l1) * ((e.l2 - e.l3) / e.l1);  // Eq 3
+  constexpr double kSquareMetre_mm2 = 1e6, kFloor_m4 = 0.001;
+  const Lanes l1 = e.l1 / kSquareMetre_mm2, l2 = e.l2 / kSquareMetre_mm2, l3 = e.l3 / kSquareMetre_mm2;
+  return (l1 + l2) * l2 / ((l1 * l3 + kFloor_m4) * rules.weight_unit);
+}
+
 // Eq 2, 3 and 5 from the chosen points.
 template <class Sum>
 BTMS_INLINE void finish(const FourPoints& points, const NodeModelRules& rules, const Lanes& datum,
@@ -188,8 +195,7 @@ BTMS_INLINE void finish(const FourPoints& points, const NodeModelRules& rules, c
   const Lanes n = to_lanes(m.n);
   const LongLanes planar = (n >= 3.0) & (e.l1 >= kSmallestPlane_mm2) & (e.l2 > kCoordinateNoise_mm2);
   const Lanes x = to_lanes(m.x) / n, y = to_lanes(m.y) / n, z = to_lanes(m.z) / n;
-  // Eq 3
-  const Lanes weight = (1.0 - e.l3 / e.l1) * ((e.l2 - e.l3) / e.l1), sd = sqrt_lanes(e.l3);
+  const Lanes weight = node_weights(e, rules), sd = sqrt_lanes(e.l3);
   for (std::size_t t = 0; t < kLanes; ++t) {
     if (points[t].size == 0) continue;
     Node& node = four[t];
@@ -218,6 +224,8 @@ std::int32_t steepest_normal_xy2(double slope_max_deg) {
 
 NodeModelRules::NodeModelRules(const Parameters& p)
     : model(p.node_model),
+      weight(p.node_weight),
+      weight_unit(4 * p.resolution_m * p.resolution_m * p.resolution_m * p.resolution_m),
       seed_height_mm(static_cast<std::int32_t>(round_half_up(p.seed_height_m * 1000))),
       refit_distance_mm(static_cast<std::int32_t>(round_half_up(p.refit_distance_m * 1000))),
       steepest_normal_xy2(btms::steepest_normal_xy2(p.slope_max_deg)),

@@ -14,6 +14,8 @@ namespace btms {
 // Parameters of the node model as the integers it computes with.
 struct NodeModelRules {
   NodeModel model = NodeModel::kRobust;
+  NodeWeight weight = NodeWeight::kNormalized;
+  double weight_unit = 1;  // predecessor: what a stored weight of 1 stands for, 4 r^4
   std::int32_t seed_height_mm = 0;
   std::int32_t refit_distance_mm = 0;
   std::int32_t steepest_normal_xy2 = 0;  // sin^2(theta) in 2^-30: Eq 5 on the stored normal

@@ -29,6 +29,9 @@ const std::array kTable = {
                   "seeds are the points up to this far above the node's lowest ones", &P::seed_height_m},
     ParameterInfo{"refit_distance_m", "", "m", 0.001, 10.0, "", "robust model",
                   "a refit takes the points up to this far above the plane", &P::refit_distance_m},
+    ParameterInfo{"node_weight", "w^T", "", 0, 0, "normalized|predecessor", "Eq 3",
+                  "weight of a node's plane at its corners: of the paper (normalized), or of its predecessor",
+                  &P::node_weight},
     ParameterInfo{"slope_max_deg", "theta^T", "deg", 0.1, 89.0, "", "Eq 5, Table I", "steeper planes are not terrain",
                   &P::slope_max_deg},
     ParameterInfo{"min_points", "sigma^T", "points", 1, 1000000, "", "Eq 5, Table I",
@@ -39,6 +42,10 @@ const std::array kTable = {
                   "elevation angle at which a linked node's mean may stand off the other's plane", &P::plane_distance},
     ParameterInfo{"keep_nodes", "", "nodes", 1, 1000000000, "", "measured",
                   "connected components with fewer nodes are not terrain", &P::keep_nodes},
+    ParameterInfo{
+        "completion", "", "", 0, 0, "kernel|none", "Eq 7-11 / coarse to fine",
+        "predict nodes that are not terrain from the terrain around them (kernel), or leave them alone (none)",
+        &P::completion},
     ParameterInfo{"kernel_radius", "l/r^T", "r", 1.0, 10.0, "", "Eq 7; no value in the paper",
                   "radius of the prediction kernel in units of the resolution", &P::kernel_radius},
     ParameterInfo{"completion_normals", "", "", 0, 0, "faithful|plane", "Eq 9-10",
@@ -182,6 +189,8 @@ const std::array kTable = {
 
 constexpr std::array<std::string_view, 2> kNodeModels = {"pca", "robust"};
 constexpr std::array<std::string_view, 2> kMethods = {"fixed", "coarse-to-fine"};
+constexpr std::array<std::string_view, 2> kNodeWeights = {"normalized", "predecessor"};
+constexpr std::array<std::string_view, 2> kCompletions = {"kernel", "none"};
 constexpr std::array<std::string_view, 2> kCompletionNormals = {"faithful", "plane"};
 
 const ParameterInfo& find(std::string_view name) {
@@ -224,6 +233,8 @@ std::string parameter_text(const Parameters& p, const ParameterInfo& info) {
     std::string operator()(int P::*f) const { return std::to_string(p.*f); }
     std::string operator()(NodeModel P::*f) const { return std::string(kNodeModels[static_cast<std::size_t>(p.*f)]); }
     std::string operator()(Method P::*f) const { return std::string(kMethods[static_cast<std::size_t>(p.*f)]); }
+    std::string operator()(NodeWeight P::*f) const { return std::string(kNodeWeights[static_cast<std::size_t>(p.*f)]); }
+    std::string operator()(Completion P::*f) const { return std::string(kCompletions[static_cast<std::size_t>(p.*f)]); }
     std::string operator()(CompletionNormals P::*f) const {
       return std::string(kCompletionNormals[static_cast<std::size_t>(p.*f)]);
     }
@@ -248,6 +259,8 @@ void set_parameter(Parameters& p, std::string_view name, std::string_view text) 
     void operator()(int P::*f) const { p.*f = parse(0); }
     void operator()(NodeModel P::*f) const { p.*f = choice<NodeModel>(info, kNodeModels, text); }
     void operator()(Method P::*f) const { p.*f = choice<Method>(info, kMethods, text); }
+    void operator()(NodeWeight P::*f) const { p.*f = choice<NodeWeight>(info, kNodeWeights, text); }
+    void operator()(Completion P::*f) const { p.*f = choice<Completion>(info, kCompletions, text); }
     void operator()(CompletionNormals P::*f) const { p.*f = choice<CompletionNormals>(info, kCompletionNormals, text); }
   };
   std::visit(Visitor{p, info, text, number}, info.field);
@@ -277,12 +290,14 @@ void check(const Parameters& p) {
 
 int level_count(const Parameters& p) { return p.method == Method::kCoarseToFine ? p.levels : 1; }
 
-std::vector<std::string> preset_names() { return {"city", "partial-map", "single-scan"}; }
+std::vector<std::string> preset_names() {
+  return {"city", "paper-partial-map", "paper-single-scan", "partial-map", "single-scan"};
+}
 
 Parameters preset(std::string_view name) {
   Parameters p;  // single-scan: Table I
-  if (name == "single-scan") return p;
-  if (name == "partial-map") {  // Table I
+  if (name == "single-scan" || name == "paper-single-scan") return p;
+  if (name == "partial-map" || name == "paper-partial-map") {  // Table I
     p.resolution_m = 2.0;
     p.terrain_distance_m = 0.3;
     p.vehicle_width_m = 0.8;  // a field robot
@@ -303,7 +318,8 @@ Parameters preset(std::string_view name) {
     return p;
   }
   throw Error(ErrorCode::kUsage,
-              "unknown preset '" + std::string(name) + "'; there are city, partial-map and single-scan");
+              "unknown preset '" + std::string(name) +
+                  "'; there are city, paper-partial-map, paper-single-scan, partial-map and single-scan");
 }
 
 std::int32_t resolution_mm(const Parameters& p) {

@@ -17,6 +17,10 @@ enum class NodeModel : std::uint8_t {
   kPca,     // Eq 2 literally: the plane of all points of the node
   kRobust,  // the plane of its lowest points, refitted (the practice of the paper's predecessor)
 };
+enum class NodeWeight : std::uint8_t {
+  kNormalized,   // Eq 3: scattering and planarity, at most 1
+  kPredecessor,  // (l1 + l2) l2 / (l1 l3 + 0.001), eigenvalues in m^2: unbounded, stored over 4 r^4 (r in metres)
+};
 enum class CompletionNormals : std::uint8_t {
   kFaithful,  // Eq 9-10: each neighbour proposes the normal perpendicular to the line to it; flattens slopes
   kPlane,     // weighted least squares over the same neighbours; exact on a plane
@@ -35,8 +39,9 @@ struct Parameters : LevelParameters {
   NodeModel node_model = NodeModel::kRobust;
   double seed_height_m = 0.15;     // robust: seeds reach this far above the node's lowest points
   double refit_distance_m = 0.08;  // robust: a refit takes points up to this far above the plane
-  double slope_max_deg = 20.0;     // theta^T, Eq 5
-  int min_points = 10;             // sigma^T, Eq 5
+  NodeWeight node_weight = NodeWeight::kNormalized;
+  double slope_max_deg = 20.0;  // theta^T, Eq 5
+  int min_points = 10;          // sigma^T, Eq 5
   // Links and components (Eq 6)
   double normal_similarity = 0.03;  // eps1: rad per metre of distance
   double plane_distance = 0.1;      // eps2: rad, elevation of the neighbour's mean above the plane
@@ -68,7 +73,7 @@ struct ParameterInfo {
   std::string_view source;   // equation, table or measurement the default comes from
   std::string_view help;
   std::variant<double Parameters::*, int Parameters::*, NodeModel Parameters::*, CompletionNormals Parameters::*,
-               Method Parameters::*>
+               Method Parameters::*, NodeWeight Parameters::*, Completion Parameters::*>
       field;
 };
 

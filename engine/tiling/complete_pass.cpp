@@ -18,6 +18,7 @@ bool needs_prediction(const Node* cell) {
 
 void complete_tile(TileField<Node>& nodes, const CompletionRules& rules, double reach_cells, bool by_lattice,
                    std::span<const std::uint8_t> asked, CompleteScratch& s) {
+  if (rules.completion == Completion::kNone) return;
   const CellBox& held = nodes.held();
   const std::int32_t r = rules.resolution_mm;
   // Positions in a frame at the held box's corner: 32 bits of millimetres are 4000 km.

@@ -26,9 +26,9 @@ const std::array<LegendEntry, 4>& swatches() {
 Rgb verdict_colour(Verdict verdict) {
   switch (verdict) {
     case Verdict::kTerrain:
-      return {222, 212, 192};
+      return {138, 202, 118};
     case Verdict::kObject:
-      return {136, 160, 128};
+      return {56, 56, 58};
     case Verdict::kTypeOne:
       return {24, 64, 226};
     case Verdict::kTypeTwo:

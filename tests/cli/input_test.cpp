@@ -121,5 +121,26 @@ TEST(CliEval, ScoresKittiLabelsAndNeedsTheHeightsOfAmbiguousPoints) {
       3);
 }
 
+TEST(CliEval, DrawsScansWithRellisLabels) {
+  const TempFolder folder;
+  for (const char* name : {"velodyne", "labels", "predicted"}) fs::create_directories(folder / name);
+  write_scan(folder / "velodyne/7.bin", {{1, 0, -1}, {2, 0, -1}, {3, 0, 1}, {4, 0, 1}, {5, 0, 0}});
+  const auto labels = [](const std::vector<std::uint32_t>& values) {
+    return std::string(reinterpret_cast<const char*>(values.data()), 4 * values.size());
+  };
+  // grass, low bush, high bush, tree, void
+  write_text(folder / "labels/7.label", labels({3, 19, 19, 4, 0}));
+  write_text(folder / "predicted/7.label", labels({40, 40, 40, 99, 40}));
+  const auto eval = run_json({"eval", "--label-map", "rellis", "--truth", folder / "labels", "--prediction",
+                              folder / "predicted", "--picture", folder / "wrong.png"});
+  const auto with = eval["with_ambiguous"]["pooled"], without = eval["without_ambiguous"]["pooled"];
+  EXPECT_EQ(with["true_positive"], 2);
+  EXPECT_EQ(with["false_positive"], 1);
+  EXPECT_EQ(without["true_positive"], 1);
+  EXPECT_EQ(without["false_positive"], 0);
+  EXPECT_EQ(without["true_negative"], 1);
+  EXPECT_GT(fs::file_size(folder / "wrong.png"), 100u);
+}
+
 }  // namespace
 }  // namespace btms::test

@@ -24,6 +24,14 @@ Parameters small_nodes(CompletionNormals normals, NodeModel model) {
 // 0 = the whole map is one tile
 const std::vector<std::int32_t> kEdges = {1, 8, 37, 0};
 
+// No completion, and its unbounded weights.
+TEST(InvarianceScene, OfThePredecessorsMode) {
+  Parameters p = small_nodes(CompletionNormals::kPlane, NodeModel::kRobust);
+  p.completion = Completion::kNone;
+  p.node_weight = NodeWeight::kPredecessor;
+  expect_one_digest(hard_scene(0, 0, kSize_mm, kPoints), p, all_ways({8, 0}));
+}
+
 TEST(InvarianceScene, AtUtmCoordinates) {
   expect_one_digest(hard_scene(352'123'456, 5'744'987'654, kSize_mm, kPoints),
                     small_nodes(CompletionNormals::kPlane, NodeModel::kRobust), all_ways(kEdges));

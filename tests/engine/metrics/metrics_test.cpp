@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/error.h"
+
 namespace btms {
 namespace {
 
@@ -104,6 +106,37 @@ TEST(Verdict, SaysWhatBecameOfAPoint) {
   EXPECT_EQ(verdict(9, true, 0, asprs_rules()), Verdict::kLeftOut);
   EXPECT_EQ(verdict(70, false, -0.44, semantic_kitti_rules()), Verdict::kTypeOne);
   EXPECT_EQ(verdict(70, true, -0.43, semantic_kitti_rules()), Verdict::kTypeTwo);
+}
+
+// `btms accumulate` decides ambiguous points scan by scan: 3 is terrain, 5 object, "with" only.
+TEST(Score, OfAPartialMapTakesWhatWasDecided) {
+  const std::vector<std::uint32_t> truth{2, 1, 3, 3, 5, 0, 7};
+  const std::vector<std::uint8_t> terrain{1, 0, 1, 0, 1, 1, 1};
+  const Scores s = score(truth, terrain, {}, partial_map_rules());
+  EXPECT_EQ(s.with.true_positive, 2u);
+  EXPECT_EQ(s.with.false_negative, 1u);
+  EXPECT_EQ(s.with.false_positive, 1u);
+  EXPECT_EQ(s.with.true_negative, 1u);
+  EXPECT_EQ(s.without.true_positive, 1u);
+  EXPECT_EQ(s.without.true_negative, 1u);
+  EXPECT_EQ(s.without.total(), 2u);
+}
+
+TEST(LabelMap, RellisCountsBushesByTheirHeight) {
+  const TruthRules rules = rules_of_label_map("rellis");
+  for (const std::uint32_t terrain : {1, 3, 10, 15, 23, 31, 33, 34})
+    EXPECT_EQ(verdict(terrain, true, 0, rules), Verdict::kTerrain) << terrain;
+  for (const std::uint32_t object : {4, 5, 6, 8, 9, 12, 17, 18, 27})
+    EXPECT_EQ(verdict(object, true, 0, rules), Verdict::kTypeTwo) << object;
+  EXPECT_EQ(verdict(0, true, 0, rules), Verdict::kLeftOut);
+  EXPECT_EQ(verdict(19, true, -0.31, rules), Verdict::kTerrain);
+  EXPECT_EQ(verdict(19, true, -0.29, rules), Verdict::kTypeTwo);
+  EXPECT_TRUE(is_ambiguous(19, rules));
+}
+
+TEST(LabelMap, NamesThoseThereAre) {
+  for (const std::string& name : label_map_names()) EXPECT_FALSE(rules_of_label_map(name).terrain.empty()) << name;
+  EXPECT_THROW(rules_of_label_map("nuscenes"), Error);
 }
 
 TEST(Score, NothingScoresNothing) {
