@@ -323,26 +323,28 @@ Parameters ground_scanner() {
   p.fit_scale_slope = 0.02;
   p.fit_scale_fine_m = 0.02;
   p.fit_scale_ground = 2;
-  p.ridge = 0.5;
+  p.ridge = 0.6;
   p.min_weight = 1.5;
   p.inherit = 0.2;
+  p.level_rounds = 1;  // more of them: nothing measured, and scans have no time for it
   // Near, links and rims
   p.near_m = 0.05;
-  p.near_per_r = 0.05;
+  p.near_per_r = 0.055;
   p.near_slope = 0;
   p.near_uncertainty = 0.5;
   p.near_residual = -10;
-  p.link_m = 0.075;
+  p.link_m = 0.085;
   p.link_per_r = 0.02;
   p.link_flat_m = 0.05;
   p.step_m = 0.1;
-  p.step_per_r = 0;
+  p.step_per_r = 0.01;
   // Completion
   p.level_kernel_radius = 3;
-  p.completed_weight = 0.15;
-  p.span_width_m = 0;  // no gain measured, and scans have no time for it
+  p.completed_weight = 0.25;
+  p.span_width_m = 0;  // the same
   // Label
-  p.label_spread = 1.7;
+  p.label_least_m = 0.03;
+  p.label_spread = 2;
   p.label_uncertainty = 0.95;
   return p;
 }
@@ -369,11 +371,7 @@ Parameters preset(std::string_view name) {
     set_field_robot(p);
     return p;
   }
-  if (name == "single-scan") {
-    Parameters p = ground_scanner();
-    p.level_rounds = 1;  // all that twenty scans a second leave time for
-    return p;
-  }
+  if (name == "single-scan") return ground_scanner();
   if (name == "partial-map") {
     Parameters p = ground_scanner();
     set_field_robot(p);
