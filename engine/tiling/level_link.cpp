@@ -370,7 +370,7 @@ ComponentCounts judge_level(const PassContext& context, const LevelRegions& regi
   context.for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
     NodeKey asked = kNoComponent;  // neighbours mostly belong together
     bool rejected = false;
-    for_each_node(tiles[i].box, [&](NodeId n) {
+    regions[i].for_each_node([&](NodeId n) {
       const NodeKey id = ids[i].cell(n.cell)[n.triangle];
       if (id != asked) {
         asked = id;
