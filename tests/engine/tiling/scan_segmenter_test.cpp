@@ -153,20 +153,22 @@ TEST(ScanSegmenter, RealScans) {
   if (data == nullptr) GTEST_SKIP() << "BTMS_DATA is not set";
   const auto folder = std::filesystem::path(data) / "semantickitti" / "full_scans" / "velodyne";
   if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << "no scans";
-  const Parameters p = preset("paper-single-scan");
-  ScanSegmenter segmenter(p);
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    std::vector<float> floats(entry.file_size() / sizeof(float));
-    std::ifstream(entry.path(), std::ios::binary)
-        .read(reinterpret_cast<char*>(floats.data()), static_cast<std::streamsize>(entry.file_size()));
-    std::vector<CloudPoint> points;
-    for (std::size_t i = 0; i < floats.size(); i += 4)
-      points.push_back({static_cast<std::int64_t>(std::nearbyint(floats[i] * 1000.0)),
-                        static_cast<std::int64_t>(std::nearbyint(floats[i + 1] * 1000.0)),
-                        static_cast<std::int32_t>(std::nearbyint(floats[i + 2] * 1000.0))});
-    const SegmentedScan truth = segment_scan(CloudSource(points), p);
-    const std::span<const Label> labels = segmenter.segment(interleaved(floats.data(), floats.size() / 4, 4));
-    ASSERT_TRUE(std::equal(labels.begin(), labels.end(), truth.labels.begin(), truth.labels.end())) << entry.path();
+  for (const char* name : {"paper-single-scan", "single-scan"}) {
+    const Parameters p = preset(name);
+    ScanSegmenter segmenter(p);
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      std::vector<float> floats(entry.file_size() / sizeof(float));
+      std::ifstream(entry.path(), std::ios::binary)
+          .read(reinterpret_cast<char*>(floats.data()), static_cast<std::streamsize>(entry.file_size()));
+      std::vector<CloudPoint> points;
+      for (std::size_t i = 0; i < floats.size(); i += 4)
+        points.push_back({static_cast<std::int64_t>(std::nearbyint(floats[i] * 1000.0)),
+                          static_cast<std::int64_t>(std::nearbyint(floats[i + 1] * 1000.0)),
+                          static_cast<std::int32_t>(std::nearbyint(floats[i + 2] * 1000.0))});
+      const SegmentedScan truth = segment_scan(CloudSource(points), p);
+      const std::span<const Label> labels = segmenter.segment(interleaved(floats.data(), floats.size() / 4, 4));
+      ASSERT_TRUE(std::equal(labels.begin(), labels.end(), truth.labels.begin(), truth.labels.end())) << entry.path();
+    }
   }
 }
 
