@@ -122,7 +122,7 @@ std::vector<std::vector<float>> floats_of(const Scans& scans) {
 class Sensor {
  public:
   Sensor(const Scans& scans, const Threads& threads) : floats_(floats_of(scans)), threads_(threads) {
-    for (int i = 0; i < threads.count(); ++i) segmenters_.emplace_back(preset("single-scan"));
+    for (int i = 0; i < threads.count(); ++i) segmenters_.emplace_back(preset("paper-single-scan"));
   }
   // Calls with(scan, labels) for each, from several threads.
   template <class With>
@@ -142,7 +142,7 @@ class Sensor {
 // Every scan the way of maps.
 std::vector<SegmentedScan> maps_of(const Scans& scans) {
   std::vector<SegmentedScan> maps;
-  for (const Scan& scan : scans.scans) maps.push_back(segment_scan(*scan.points, preset("single-scan")));
+  for (const Scan& scan : scans.scans) maps.push_back(segment_scan(*scan.points, preset("paper-single-scan")));
   return maps;
 }
 

@@ -14,8 +14,7 @@ inline double terrain_height_mm(const PriorPlane& surface, double disagreement_m
                                 const LevelParameters& p) {
   const double slope = std::min(surface.slope(), p.label_slope_cap);
   // A good survey of a smooth street is no reason to take a kerb for an obstacle.
-  constexpr double kLeastGround_mm = 45;
-  return p.label_spread * std::max(kLeastGround_mm, ground_mm) +
+  return p.label_spread * std::max(p.label_least_m * 1000, ground_mm) +
          (p.label_disagreement + p.label_slope * slope) * disagreement_mm + p.label_uncertainty * surface.sd_mm;
 }
 

@@ -108,9 +108,7 @@ LaneStart start_on_prior(std::size_t lane, const NodePoints& points, const FitPr
       round_half_up((q.gate_m + q.gate_per_r * r_m * (1 + prior.slope)) * 1000 * FixedLevelPlane::kUnit));
   const std::int64_t lowest = gated.assign(lane, points, datum_mm, plane);
   if (gated.size(lane) > 0) plane.c += lowest;
-  // On the finest level planes are small enough for the ground to be flat within one: what stands out is no ground.
-  const double scale_m = rules.last() ? q.fit_scale_fine_m + q.fit_scale_fine_slope * r_m * prior.slope
-                                      : q.fit_scale_m + q.fit_scale_slope * r_m * prior.slope;
+  const double scale_m = rules.fit_scale_m(prior.slope);
   return {
       datum_mm,
       {plane, prior.plane.slope_x, prior.plane.slope_y, scale_m * 1000, std::min(scale_m, q.fit_scale_last_m) * 1000}};
@@ -119,7 +117,12 @@ LaneStart start_on_prior(std::size_t lane, const NodePoints& points, const FitPr
 }  // namespace
 
 LevelRules::LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first, bool last)
-    : p_(p), r_mm_(r_mm), first_(first), last_(last) {
+    : p_(p), r_mm_(r_mm), first_(first), last_(last), fit_scale_m_(p.fit_scale_m), fit_scale_slope_(p.fit_scale_slope) {
+  // On the finest level planes are small enough for the ground to be flat within one: what stands out is no ground.
+  if (last && p.fit_scale_ground == 0) {
+    fit_scale_m_ = p.fit_scale_fine_m;
+    fit_scale_slope_ = p.fit_scale_fine_slope;
+  }
   for (std::uint8_t t = 0; t < kTriangles; ++t) {
     const std::int64_t x3 = centroid_x3(t, r_mm), y3 = centroid_y3(t, r_mm);
     centroids_[t] = {x3,
@@ -129,6 +132,13 @@ LevelRules::LevelRules(const LevelParameters& p, std::int32_t r_mm, bool first, 
                      static_cast<std::int16_t>(floor_div(x3 + 1, 3)),
                      static_cast<std::int16_t>(floor_div(y3 + 1, 3))};
   }
+}
+
+LevelRules LevelRules::following(double ground_mm) const {
+  LevelRules rules = *this;
+  rules.fit_scale_m_ = std::max(p_.fit_scale_fine_m, p_.fit_scale_ground * ground_mm / 1000);
+  rules.fit_scale_slope_ = p_.fit_scale_fine_slope;
+  return rules;
 }
 
 std::int32_t LevelRules::completion_halo() const {

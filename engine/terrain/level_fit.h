@@ -41,6 +41,11 @@ class LevelRules {
   bool completes_empty() const { return first_ || last_; }
   std::int32_t completion_halo() const;  // rings a completed node may use
 
+  // Scale of the reweighting where the prior has this slope.
+  double fit_scale_m(double slope) const { return fit_scale_m_ + fit_scale_slope_ * r_m() * slope; }
+  // Those of the finest level once it is known how the ground scatters.
+  LevelRules following(double ground_mm) const;
+
   // Where the centroid of a triangle is, from its square's centre.
   struct Centroid {
     std::int64_t x3 = 0, y3 = 0;  // in thirds of a millimetre
@@ -53,6 +58,7 @@ class LevelRules {
   LevelParameters p_;
   std::int32_t r_mm_;
   bool first_, last_;
+  double fit_scale_m_, fit_scale_slope_;
   std::array<Centroid, kTriangles> centroids_;
 };
 

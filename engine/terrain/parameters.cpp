@@ -20,7 +20,8 @@ const std::array kTable = {
                   "the paper's one lattice (fixed), or levels that are each other's prior (coarse-to-fine)",
                   &P::method},
     ParameterInfo{"levels", "", "", 1, 6, "", "coarse to fine",
-                  "number of levels; resolution_m is the finest, each coarser one doubles it", &P::levels},
+                  "most levels there are; resolution_m is the finest, each coarser one doubles it, up to 65.5 m",
+                  &P::levels},
     ParameterInfo{"resolution_m", "r^T", "m", kMinResolution_m, 64.0, "", "Table I",
                   "edge of a tri-grid square, an even number of millimetres", &P::resolution_m},
     ParameterInfo{"node_model", "", "", 0, 0, "pca|robust", "Eq 2",
@@ -32,8 +33,8 @@ const std::array kTable = {
     ParameterInfo{"node_weight", "w^T", "", 0, 0, "normalized|predecessor", "Eq 3",
                   "weight of a node's plane at its corners: of the paper (normalized), or of its predecessor",
                   &P::node_weight},
-    ParameterInfo{"slope_max_deg", "theta^T", "deg", 0.1, 89.0, "", "Eq 5, Table I", "steeper planes are not terrain",
-                  &P::slope_max_deg},
+    ParameterInfo{"slope_max_deg", "theta^T", "deg", 0.1, 89.0, "", "Eq 5, Table I",
+                  "fixed method: steeper planes are not terrain", &P::slope_max_deg},
     ParameterInfo{"min_points", "sigma^T", "points", 1, 1000000, "", "Eq 5, Table I",
                   "nodes with fewer points are not terrain candidates", &P::min_points},
     ParameterInfo{"normal_similarity", "eps1", "rad/m", 0.0, 1.5, "", "Eq 6, Table I",
@@ -77,6 +78,10 @@ const std::array kTable = {
                   "the first of the two on the finest level", &P::fit_scale_fine_m},
     ParameterInfo{"fit_scale_fine_slope", "", "", 0, 10, "", "coarse to fine", "the second on the finest level",
                   &P::fit_scale_fine_slope},
+    ParameterInfo{"fit_scale_ground", "", "", 0, 100, "", "coarse to fine",
+                  "finest level: at least this times the scatter of the ground there, measured in a round of its own; "
+                  "0: no such round",
+                  &P::fit_scale_ground},
     ParameterInfo{"fit_scale_last_m", "f_fin", "m", 0.001, 10, "", "coarse to fine",
                   "cap of that scale in the last fit", &P::fit_scale_last_m},
     ParameterInfo{"ridge", "lambda", "", 0, 100, "", "coarse to fine", "pull of the prior's slope on a node's plane",
@@ -101,6 +106,10 @@ const std::array kTable = {
                   "first level: points isolated below the rest by more than this are noise", &P::first_gap_m},
     ParameterInfo{"first_gap_per_r", "", "", 0, 10, "", "coarse to fine", "the same per metre of resolution",
                   &P::first_gap_per_r},
+    ParameterInfo{"level_rounds", "", "rounds", 1, 9, "", "coarse to fine",
+                  "levels between the first and the finest: odd rounds fit and judge, even ones judge anew against the "
+                  "new surface",
+                  &P::level_rounds},
     ParameterInfo{"near_m", "t0", "m", 0, 100, "", "coarse to fine",
                   "planes further above the prior than this (plus the next four) are above it", &P::near_m},
     ParameterInfo{"near_per_r", "t1", "", 0, 10, "", "coarse to fine", "the same per metre of resolution",
@@ -154,6 +163,8 @@ const std::array kTable = {
                   &P::least_weight},
     ParameterInfo{"corner_floor_per_r", "", "", 0.0001, 1, "", "coarse to fine",
                   "least distance in corner weights per metre of resolution", &P::corner_floor_per_r},
+    ParameterInfo{"label_least_m", "", "m", 0, 10, "", "coarse to fine",
+                  "for labels, the ground's points scatter by at least this", &P::label_least_m},
     ParameterInfo{"label_spread", "e3", "", 0, 100, "", "coarse to fine",
                   "points up to this many standard deviations of the ground's own points above it are terrain",
                   &P::label_spread},
@@ -280,46 +291,108 @@ void check(const Parameters& p) {
     throw Error(ErrorCode::kUsage, "vehicle_width_m = " + number_text(p.vehicle_width_m) + ": expected at most " +
                                        number_text(kWidestVehicle_r * p.resolution_m) + " m at " +
                                        number_text(p.resolution_m) + " m resolution");
-  const std::int64_t coarsest_mm = std::int64_t{resolution_mm(p)} << (level_count(p) - 1);
-  if (coarsest_mm > Lattice::kMaxResolution_mm)
-    throw Error(ErrorCode::kUsage, std::to_string(level_count(p)) + " levels from " + number_text(p.resolution_m) +
-                                       " m: the coarsest would be " +
-                                       number_text(static_cast<double>(coarsest_mm) / 1000) +
-                                       " m, expected at most 65.5 m");
 }
 
-int level_count(const Parameters& p) { return p.method == Method::kCoarseToFine ? p.levels : 1; }
+int level_count(const Parameters& p) {
+  if (p.method == Method::kFixed) return 1;
+  int levels = p.levels;
+  while (levels > 1 && std::int64_t{resolution_mm(p)} << (levels - 1) > Lattice::kMaxResolution_mm) --levels;
+  return levels;
+}
+
+namespace {
+
+// Table I. Parameters{} is its column for single scans.
+Parameters paper_partial_map() {
+  Parameters p;
+  p.resolution_m = 2.0;
+  p.terrain_distance_m = 0.3;
+  return p;
+}
+
+// Airborne maps, coarse to fine; `--method fixed --resolution 8` is the paper on them.
+Parameters city() {
+  Parameters p;
+  p.method = Method::kCoarseToFine;
+  p.levels = 5;
+  p.resolution_m = 2.0;
+  p.seed_height_m = 0.25;
+  p.refit_distance_m = 0.125;
+  p.kernel_radius = 2.0;
+  p.completion_normals = CompletionNormals::kPlane;  // hills: the printed normals flatten every slope
+  p.terrain_distance_m = 0.3;
+  return p;
+}
+
+// A scanner on the ground, coarse to fine: centimetres of noise where an airborne survey has decimetres, so thresholds
+// are tighter than those of city().
+Parameters ground_scanner() {
+  Parameters p;
+  p.method = Method::kCoarseToFine;
+  p.levels = 6;
+  p.resolution_m = 1.0;
+  // Fit: planes hang on a few centimetres of ground, more where the ground scatters more.
+  p.fit_scale_m = 0.03;
+  p.fit_scale_slope = 0.02;
+  p.fit_scale_fine_m = 0.02;
+  p.fit_scale_ground = 2;
+  p.ridge = 0.6;
+  p.min_weight = 1.5;
+  p.inherit = 0.2;
+  p.level_rounds = 1;  // more of them: nothing measured, and scans have no time for it
+  // Near, links and rims
+  p.near_m = 0.05;
+  p.near_per_r = 0.055;
+  p.near_slope = 0;
+  p.near_uncertainty = 0.5;
+  p.near_residual = -10;
+  p.link_m = 0.085;
+  p.link_per_r = 0.02;
+  p.link_flat_m = 0.05;
+  p.step_m = 0.1;
+  p.step_per_r = 0.01;
+  // Completion
+  p.level_kernel_radius = 3;
+  p.completed_weight = 0.25;
+  p.span_width_m = 0;  // the same
+  // Label
+  p.label_least_m = 0.03;
+  p.label_spread = 2;
+  p.label_uncertainty = 0.95;
+  return p;
+}
+
+// For costs.
+void set_field_robot(Parameters& p) {
+  p.vehicle_width_m = 0.8;
+  p.vehicle_height_m = 1.2;
+  p.vehicle_max_slope_deg = 25.0;
+  p.vehicle_max_step_m = 0.15;
+}
+
+}  // namespace
 
 std::vector<std::string> preset_names() {
   return {"city", "paper-partial-map", "paper-single-scan", "partial-map", "single-scan"};
 }
 
 Parameters preset(std::string_view name) {
-  Parameters p;  // single-scan: Table I
-  if (name == "single-scan" || name == "paper-single-scan") return p;
-  if (name == "partial-map" || name == "paper-partial-map") {  // Table I
-    p.resolution_m = 2.0;
-    p.terrain_distance_m = 0.3;
-    p.vehicle_width_m = 0.8;  // a field robot
-    p.vehicle_height_m = 1.2;
-    p.vehicle_max_slope_deg = 25.0;
-    p.vehicle_max_step_m = 0.15;
+  if (name == "city") return city();
+  if (name == "paper-single-scan") return {};
+  if (name == "paper-partial-map") {
+    Parameters p = paper_partial_map();
+    set_field_robot(p);
     return p;
   }
-  if (name == "city") {  // airborne maps, coarse to fine; `--method fixed --resolution 8` is the paper on them
-    p.method = Method::kCoarseToFine;
-    p.levels = 5;
-    p.resolution_m = 2.0;
-    p.seed_height_m = 0.25;
-    p.refit_distance_m = 0.125;
-    p.kernel_radius = 2.0;
-    p.completion_normals = CompletionNormals::kPlane;  // hills: the printed normals flatten every slope
-    p.terrain_distance_m = 0.3;
+  if (name == "single-scan") return ground_scanner();
+  if (name == "partial-map") {
+    Parameters p = ground_scanner();
+    set_field_robot(p);
     return p;
   }
-  throw Error(ErrorCode::kUsage,
-              "unknown preset '" + std::string(name) +
-                  "'; there are city, paper-partial-map, paper-single-scan, partial-map and single-scan");
+  std::string names;
+  for (const std::string& known : preset_names()) names += (names.empty() ? "" : ", ") + known;
+  throw Error(ErrorCode::kUsage, "unknown preset '" + std::string(name) + "'; there are " + names);
 }
 
 std::int32_t resolution_mm(const Parameters& p) {

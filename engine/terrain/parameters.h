@@ -86,14 +86,16 @@ void set_parameter(Parameters& p, std::string_view name, std::string_view text);
 // Checks ranges and the rules between fields (r an even number of millimetres). Throws Error(kUsage).
 void check(const Parameters& p);
 
-// Names: single-scan and partial-map (the paper's Table I), city.
+// Names: city (airborne maps); single-scan and partial-map (scanners on the ground); paper-single-scan and
+// paper-partial-map (the paper's Table I, to the letter).
 std::vector<std::string> preset_names();
 // Throws Error(kUsage) naming the presets there are.
 Parameters preset(std::string_view name);
 
 // r in integer millimetres (of the finest level). Precondition: check(p) passed.
 std::int32_t resolution_mm(const Parameters& p);
-// Levels the map is built in: 1 for the fixed method.
+// Levels the map is built in: 1 for the fixed method; coarse to fine p.levels, or as many as leave the coarsest lattice
+// a resolution that a lattice can have.
 int level_count(const Parameters& p);
 
 }  // namespace btms

@@ -120,9 +120,9 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   if (coarse_to_fine) {
     std::optional<OrderedPoints> points(std::in_place, std::move(bins), grid, table, threads, pager, progress);
     watch.lap("sort", summary.phases);
-    Levels built =
-        build_levels(p, table, *points, options.trajectory, options.neighbours_by_lattice, threads, ranks, pager,
-                     progress, [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
+    Levels built = build_levels(p, table, *points, options.trajectory, options.labels_only,
+                                options.neighbours_by_lattice, threads, ranks, pager, progress,
+                                [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
     const PassContext context{p, built.table, threads, ranks, pager, progress, options.trajectory};
     if (options.layers) above_pass(context, *points, built.tiles);
     points.reset();

@@ -30,6 +30,9 @@ struct BuildOptions {
   // Default: 128 cells of the finest level.
   std::optional<std::int32_t> tile_cells;
   bool layers = true;  // also what only maps need: roughness, clearance, further surfaces, step, cost
+  // Who only labels the points the map is made of may have less of it: coarse to fine and in one tile, the surface
+  // reaches no further than their nodes. Labels there are the same.
+  bool labels_only = false;
   std::vector<TrajectoryPoint> trajectory;  // of the sensor, may be empty: see trajectory.h
   bool neighbours_by_lattice = false;       // scan the lattice instead of querying nanoflann; same bits, for tests
   std::uint64_t memory_bytes = kUnlimited_bytes;  // of the whole process; what doesn't fit is parked on disk

@@ -45,33 +45,37 @@ std::size_t square_of(const CellBox& box, Cell c) {
 }
 
 // Nodes of one level and their classes, from the points: all of them on the last level, the lowest of each finest node
-// before. Squares without points stay as they are.
+// before. Squares without points stay as they are. `ground`: its scatter per cell of the coarsest level, where the fit
+// follows that.
 void fit_level(const PassContext& context, const OrderedPoints& points, int level, const LevelRules& rules,
-               const PriorSource& prior, LevelFields& nodes) {
+               const PriorSource& prior, const ScatterFields* ground, LevelFields& nodes) {
   struct Scratch {
     GatedPoints gated;
     LowestScratch lowest;
   };
   std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
-  const auto fit = [&](std::size_t i, Cell c, const SquarePoints& here, GatedPoints& gated) {
+  const auto fit = [&](std::size_t i, Cell c, const SquarePoints& square, const LevelRules& fit_rules,
+                       GatedPoints& gated) {
     SquarePriors priors = prior.of(i, c);
     LevelNode* to = nodes[i].cell(c);
     std::array<bool, kTriangles> outside;
     for (std::uint8_t t = 0; t < kTriangles; ++t)
       if ((outside[t] = prior.outside(i, {c, t}))) priors[t] = {};
     std::array<LevelNode, kTriangles> fitted;
-    fit_level_square(here, priors, rules, gated, fitted.data());
+    fit_level_square(square, priors, fit_rules, gated, fitted.data());
     for (std::uint8_t t = 0; t < kTriangles; ++t)
       if (!outside[t]) to[t] = fitted[t], classify(to[t], priors[t], rules);
   };
   if (rules.last()) {
-    points.for_each_bin("fit", context.threads, context.progress,
-                        [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int worker) {
-                          GatedPoints& gated = scratch[static_cast<std::size_t>(worker)].gated;
-                          const InUse tile({prior.use(), writes(nodes)}, i);
-                          for_each_square(bin, cells_of(id, level),
-                                          [&](Cell c, const SquarePoints& here) { fit(i, c, here, gated); });
-                        });
+    points.for_each_bin(
+        "fit", context.threads, context.progress,
+        [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int worker) {
+          GatedPoints& gated = scratch[static_cast<std::size_t>(worker)].gated;
+          const InUse tile({prior.use(), ground ? reads(*ground) : Use{}, writes(nodes)}, i);
+          const LevelRules here = ground ? rules.following(around((*ground)[i], {id.bx, id.by}).rms_mm()) : rules;
+          for_each_square(bin, cells_of(id, level),
+                          [&](Cell c, const SquarePoints& square) { fit(i, c, square, here, gated); });
+        });
     return;
   }
   points.for_each_lowest("fit", context.threads, context.progress,
@@ -79,15 +83,15 @@ void fit_level(const PassContext& context, const OrderedPoints& points, int leve
                            Scratch& s = scratch[static_cast<std::size_t>(worker)];
                            const InUse tile({prior.use(), writes(nodes)}, i);
                            for_each_square(bin, points.order(), level, rules.r_mm(), cells_of(id, level), s.lowest,
-                                           [&](Cell c, const SquarePoints& here) { fit(i, c, here, s.gated); });
+                                           [&](Cell c, const SquarePoints& here) { fit(i, c, here, rules, s.gated); });
                          });
 }
 
 // The classes of nodes that have been fitted before.
-void classify_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior, LevelFields& nodes) {
-  const auto& tiles = context.table.tiles();
+void classify_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior,
+                    const LevelRegions& regions, LevelFields& nodes) {
   context.for_each_tile("class", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
-    for_each_cell(tiles[i].box, [&](Cell c) {
+    regions[i].for_each_cell([&](Cell c) {
       const SquarePriors priors = prior.of(i, c);
       for (std::uint8_t t = 0; t < kTriangles; ++t) classify(nodes[i].cell(c)[t], priors[t], rules);
     });
@@ -127,8 +131,8 @@ struct CompleteScratch {
 };
 
 // Step 7: fills `completed` (interior and one ring) from `nodes`.
-void complete_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior, bool by_lattice,
-                    const LevelFields& nodes, LevelFields& completed) {
+void complete_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior,
+                    const LevelRegions& regions, bool by_lattice, const LevelFields& nodes, LevelFields& completed) {
   const auto& tiles = context.table.tiles();
   std::vector<CompleteScratch> scratch(static_cast<std::size_t>(context.threads.count()));
   const auto wants = [&](const LevelNode& n) {
@@ -149,7 +153,7 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
         NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, kGroup,
                        has_plane, [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
         // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
-        for_each_cell(tiles[i].box, [&](Cell c) {
+        regions[i].for_each_cell([&](Cell c) {
           const LevelNode* cell = from.cell(c);
           LevelNode* out = to.cell(c);
           std::copy_n(cell, kTriangles, out);
@@ -188,43 +192,65 @@ void complete_level(const PassContext& context, const LevelRules& rules, const P
       });
 }
 
-LevelSurface fit_surface(const TileField<LevelNode>& nodes, const CellBox& box, const LevelRules& rules) {
-  LevelSurface s(rules.r_mm(), box);
+LevelSurface fit_surface(const TileField<LevelNode>& nodes, const LevelRegion& region, const LevelRules& rules) {
+  LevelSurface s(rules.r_mm(), nodes.interior());
   const CornerRules fit(rules);
-  const CellBox ring = box.grown(1);
-  const auto row_of = [&](std::int32_t row) {
-    return nodes.values().subspan(nodes.offset({ring.col0, row}), static_cast<std::size_t>(ring.cols()) * kTriangles);
-  };
   PlaneRow south, north;
-  north.assign(row_of(ring.row0));
-  for (std::int32_t row = box.row0; row <= box.row1; ++row) {
-    std::swap(south, north);
-    north.assign(row_of(row));
-    fit.corners(
-        south, north,
-        std::span(s.corners).subspan(s.corner_index({box.col0, row}), static_cast<std::size_t>(box.cols() + 1)));
-    if (row < box.row1)
-      fit.centres(north,
-                  std::span(s.centres).subspan(s.cell_index({box.col0, row}), static_cast<std::size_t>(box.cols())));
+  const auto assign = [&](PlaneRow& to, std::int32_t row, std::int32_t col0, std::int32_t col1) {
+    to.assign(nodes.values().subspan(nodes.offset({col0, row}), static_cast<std::size_t>(col1 - col0) * kTriangles));
+  };
+  LevelRegion::Run before{};
+  for (const LevelRegion::Run& run : region.corners()) {
+    // The squares around the corners.
+    if (&run != region.corners().data() && run.continues(before))
+      std::swap(south, north);
+    else
+      assign(south, run.row - 1, run.col0 - 1, run.col1);
+    assign(north, run.row, run.col0 - 1, run.col1);
+    fit.corners(south, north,
+                std::span(s.corners).subspan(s.corner_index({run.col0, run.row}),
+                                             static_cast<std::size_t>(run.col1 - run.col0)));
+    before = run;
   }
-  std::size_t k = 0;
-  for_each_node(box, [&](NodeId n) {
+  for (const LevelRegion::Run& run : region.squares()) {
+    assign(north, run.row, run.col0 - 1, run.col1 + 1);
+    fit.centres(north, std::span(s.centres).subspan(s.cell_index({run.col0, run.row}),
+                                                    static_cast<std::size_t>(run.col1 - run.col0)));
+  }
+  region.for_each_node([&](NodeId n) {
     const LevelNode& node = nodes.cell(n.cell)[n.triangle];
-    s.source[k++] = node.level_class == LevelClass::kOutside ? LevelSurface::kOutside : node.source;
+    if (node.level_class != LevelClass::kOutside)
+      s.source[s.cell_index(n.cell) * kTriangles + n.triangle] = node.source;
   });
   return s;
+}
+
+int rounds_of(const Parameters& p, int level) {
+  const int last = level_count(p) - 1;
+  if (level == 0) return 1;
+  // Ridges and cliffs climb back in rounds: fit, judge anew with the new surface, fit again.
+  if (level < last) return p.level_rounds;
+  // A second round follows the ground's scatter about the surface of the first.
+  return p.fit_scale_ground > 0 ? 2 : 1;
 }
 
 }  // namespace
 
 Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const OrderedPoints& points,
-                    const std::vector<TrajectoryPoint>& trajectory, bool by_lattice, const Threads& threads,
-                    Ranks& ranks, Pager& pager, Progress& progress, const std::function<void(int)>& level_done) {
+                    const std::vector<TrajectoryPoint>& trajectory, bool labels_only, bool by_lattice,
+                    const Threads& threads, Ranks& ranks, Pager& pager, Progress& progress,
+                    const std::function<void(int)>& level_done) {
   const int levels = level_count(parameters);
   Levels built{coarsest, {}, {}};
   TileTable& table = built.table;
   Surfaces surfaces;
   std::vector<ScatterFields> misfits;  // one a refinement
+  std::vector<LevelRegions> needed;    // a level, or none: everything
+  if (labels_only && table.tiles().size() == 1 && ranks.size() == 1) {
+    std::vector<int> rounds;
+    for (int level = 0; level < levels; ++level) rounds.push_back(rounds_of(parameters, level));
+    needed = under_points(table, points, rounds, threads, progress);
+  }
   for (int level = 0; level < levels; ++level) {
     if (level > 0) table = table.finer();
     const bool first = level == 0, last = level == levels - 1;
@@ -233,39 +259,44 @@ Levels build_levels(const Parameters& parameters, const TileTable& coarsest, con
     const std::int32_t halo = std::max(rules.completion_halo(), kDomainRings);
 
     const auto& tiles = table.tiles();
+    const LevelRegions regions =
+        needed.empty() ? whole_tiles(table) : std::move(needed[static_cast<std::size_t>(level)]);
     LevelFields nodes(pager, tiles.size()), completed(pager, tiles.size());
     const PriorSource coarser = first ? PriorSource{} : PriorSource{&surfaces, true};
     context.for_each_tile("prior", {coarser.use(), writes(nodes), writes(completed)}, [&](std::size_t i, int) {
       nodes[i] = TileField<LevelNode>(tiles[i].box, halo);
       completed[i] = TileField<LevelNode>(tiles[i].box, kFitHalo);
-      for_each_node(tiles[i].box, [&](NodeId n) {
+      regions[i].for_each_node([&](NodeId n) {
         if (!coarser.outside(i, n)) nodes[i].cell(n.cell)[n.triangle].level_class = LevelClass::kEmpty;
       });
     });
-    // Ridges and cliffs climb back in rounds: fit, judge anew with the new surface, fit again.
-    const int rounds = first || last ? 1 : 3;
+    const int rounds = rounds_of(parameters, level);
     Surfaces own(pager, tiles.size());
     for (int round = 0; round < rounds; ++round) {
       PriorSource prior = round == 0 ? coarser : PriorSource{&own, false};
-      if (round == 1)
-        classify_level(context, rules, prior, nodes);
-      else
-        fit_level(context, points, level, rules, prior, nodes);
+      if (last && round > 0) {
+        const ScatterFields ground = measure_ground(context, coarsest, level, points, own);
+        fit_level(context, points, level, rules, prior, &ground, nodes);
+      } else if (round % 2 == 0) {
+        fit_level(context, points, level, rules, prior, nullptr, nodes);
+      } else {
+        classify_level(context, rules, prior, regions, nodes);
+      }
       if (first) bound_domain(context, nodes);
       exchange_halo(table, nodes, kLinkHalo, threads, ranks);
-      built.components = judge_level(context, rules, nodes);
+      built.components = judge_level(context, regions, rules, nodes);
       if (round == 0 && !first) misfits.push_back(measure_misfit(context, coarsest, level, nodes));
       SpanGrounds spans;
-      if (last && !first && rules.p().span_width_m > 0) {
+      if (last && !first && round == rounds - 1 && rules.p().span_width_m > 0) {
         spans = span_pass(context, rules, nodes);
         prior.spans = &spans;
       }
       exchange_halo(table, nodes, rules.completion_halo(), threads, ranks);
-      complete_level(context, rules, prior, by_lattice, nodes, completed);
+      complete_level(context, rules, prior, regions, by_lattice, nodes, completed);
       exchange_halo(table, completed, kFitHalo, threads, ranks);
       Surfaces next(pager, tiles.size());
       context.for_each_tile("corners", {reads(completed), writes(next)},
-                            [&](std::size_t i, int) { next[i] = fit_surface(completed[i], tiles[i].box, rules); });
+                            [&](std::size_t i, int) { next[i] = fit_surface(completed[i], regions[i], rules); });
       own = std::move(next);
     }
     if (last) {

@@ -60,20 +60,29 @@ struct TileRims {
   }
 };
 
-std::vector<ForwardEdges> edges_of(const TileField<LevelNode>& nodes, const LevelRules& rules) {
-  const CellBox box = nodes.interior(), ring = box.grown(1);
+// In the order of the region.
+std::vector<ForwardEdges> edges_of(const TileField<LevelNode>& nodes, const LevelRegion& region,
+                                   const LevelRules& rules) {
   const EdgeRules compared(rules);
-  const auto row_of = [&](std::int32_t row) {
-    return nodes.values().subspan(nodes.offset({ring.col0, row}), static_cast<std::size_t>(ring.cols()) * kTriangles);
-  };
-  std::vector<ForwardEdges> edges(static_cast<std::size_t>(box.cells()) * kTriangles);
-  const std::size_t width = static_cast<std::size_t>(box.cols()) * kTriangles;
+  std::vector<ForwardEdges> edges(region.square_count() * kTriangles);
   NodeRow here, north;
-  here.assign(row_of(box.row0));
-  for (std::int32_t row = box.row0; row < box.row1; ++row) {
-    north.assign(row_of(row + 1));
-    compared.compare(here, north, std::span(edges).subspan(static_cast<std::size_t>(row - box.row0) * width, width));
-    std::swap(here, north);
+  LevelRegion::Run before{};
+  std::size_t at = 0;
+  for (const LevelRegion::Run& run : region.squares()) {
+    // With a square at either end.
+    const auto row_of = [&](std::int32_t row) {
+      return nodes.values().subspan(nodes.offset({run.col0 - 1, row}),
+                                    static_cast<std::size_t>(run.col1 - run.col0 + 2) * kTriangles);
+    };
+    if (at > 0 && run.continues(before))
+      std::swap(here, north);
+    else
+      here.assign(row_of(run.row));
+    north.assign(row_of(run.row + 1));
+    const std::size_t width = static_cast<std::size_t>(run.col1 - run.col0) * kTriangles;
+    compared.compare(here, north, std::span(edges).subspan(at, width));
+    at += width;
+    before = run;
   }
   return edges;
 }
@@ -101,11 +110,12 @@ class ForwardOffsets {
 class PlanesAround {
  public:
   explicit PlanesAround(const TileField<LevelNode>& nodes) : nodes_(nodes) {}
-  // Edges to nodes without a plane, per node of a square. Precondition: asked for square after square of a row.
+  // Edges to nodes without a plane, per node of a square.
   void at(Cell c, std::array<int, kTriangles>& open) {
-    if (c.col == nodes_.interior().col0)
+    if (c.row != last_.row || c.col != last_.col + 1)
       for (std::int32_t col = -1; col <= 0; ++col) push({c.col + col, c.row});
     push({c.col + 1, c.row});
+    last_ = c;
     for (std::size_t t = 0; t < kTriangles; ++t) open[t] = std::popcount(~bits_ & kNeighbourBits[t]);
   }
 
@@ -127,18 +137,19 @@ class PlanesAround {
     bits_ = bits_ >> kColumn | column << 2 * kColumn;
   }
   const TileField<LevelNode>& nodes_;
+  Cell last_{INT32_MIN, INT32_MIN};  // the bits are of the squares around it
   std::uint64_t bits_ = 0;
 };
 
-void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::span<const Passage> passed,
-               TileField<NodeKey>& ids, TileLinks& out) {
+void link_tile(const TileField<LevelNode>& nodes, const LevelRegion& region, const LevelRules& rules,
+               std::span<const Passage> passed, TileField<NodeKey>& ids, TileLinks& out) {
   const CellBox &box = nodes.interior(), core = box.grown(-1);
   const std::span<const LevelNode> value = nodes.values();
-  out.edges = edges_of(nodes, rules);
+  out.edges = edges_of(nodes, region, rules);
   const ForwardOffsets forward(nodes);
   Components components(value.size());
   std::size_t at = 0;
-  for_each_cell(box, [&](Cell c) {
+  region.for_each_cell([&](Cell c) {
     const bool at_border = !core.contains(c);
     for (std::uint8_t t = 0; t < kTriangles; ++t) {
       const auto i = static_cast<std::uint32_t>(nodes.offset(c) + t);
@@ -158,7 +169,7 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRules& rules, std::
   std::vector<std::uint32_t> index(value.size());
   PlanesAround around(nodes);
   std::array<int, kTriangles> open;
-  for_each_cell(box, [&](Cell cell) {
+  region.for_each_cell([&](Cell cell) {
     around.at(cell, open);
     for (std::uint8_t t = 0; t < kTriangles; ++t) {
       const auto i = static_cast<std::uint32_t>(nodes.offset(cell) + t);
@@ -216,14 +227,14 @@ class RimCounter {
 };
 
 // The rims of the components of a tile: edges inside, and over the border where ours is the smaller key.
-std::vector<RimEdge> rim_edges(const TileField<LevelNode>& nodes, const std::vector<ForwardEdges>& edges,
-                               const TileField<NodeKey>& ids) {
+std::vector<RimEdge> rim_edges(const TileField<LevelNode>& nodes, const LevelRegion& region,
+                               const std::vector<ForwardEdges>& edges, const TileField<NodeKey>& ids) {
   const std::span<const LevelNode> value = nodes.values();
   const std::span<const NodeKey> id = ids.values();
   const ForwardOffsets forward(nodes);
   RimCounter rims;
   std::size_t at = 0;
-  for_each_node(nodes.interior(), [&](NodeId n) {
+  region.for_each_node([&](NodeId n) {
     const auto i = static_cast<std::uint32_t>(nodes.offset(n.cell) + n.triangle);
     const ForwardEdges own = edges[at++];
     if (id[i] == kNoComponent) return;
@@ -328,14 +339,15 @@ class Verdicts {
 
 }  // namespace
 
-ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes) {
+ComponentCounts judge_level(const PassContext& context, const LevelRegions& regions, const LevelRules& rules,
+                            TileFields<LevelNode>& nodes) {
   const auto& tiles = context.table.tiles();
   TileFields<NodeKey> ids(context.pager, tiles.size());
   Paged<TileLinks> tile_links(context.pager, tiles.size());
   const PassagesByTile passed(context.trajectory, context.table);
   context.for_each_tile("link", {reads(nodes), writes(ids), writes(tile_links)}, [&](std::size_t i, int) {
     ids[i] = TileField<NodeKey>(nodes[i].interior(), nodes[i].halo());  // the same offsets
-    link_tile(nodes[i], rules, passed.of(i), ids[i], tile_links[i]);
+    link_tile(nodes[i], regions[i], rules, passed.of(i), ids[i], tile_links[i]);
   });
   exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
 
@@ -344,7 +356,7 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
     const std::span<const NodeKey> id = std::as_const(ids[i]).values();
     for (const auto& [a, b] : tile_links[i].links) rims[i].pairs.push_back({id[a], id[b]});
     sort_unique(rims[i].pairs);
-    rims[i].edges = rim_edges(nodes[i], tile_links[i].edges, ids[i]);
+    rims[i].edges = rim_edges(nodes[i], regions[i], tile_links[i].edges, ids[i]);
     rims[i].components = std::move(tile_links[i].components);
     tile_links[i] = {};
   });
@@ -358,7 +370,7 @@ ComponentCounts judge_level(const PassContext& context, const LevelRules& rules,
   context.for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
     NodeKey asked = kNoComponent;  // neighbours mostly belong together
     bool rejected = false;
-    for_each_node(tiles[i].box, [&](NodeId n) {
+    regions[i].for_each_node([&](NodeId n) {
       const NodeKey id = ids[i].cell(n.cell)[n.triangle];
       if (id != asked) {
         asked = id;

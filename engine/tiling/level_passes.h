@@ -3,6 +3,7 @@
 
 #include "engine/terrain/level_fit.h"
 #include "engine/terrain/span.h"
+#include "engine/tiling/level_region.h"
 #include "engine/tiling/level_scatter.h"
 #include "engine/tiling/level_surface.h"
 #include "engine/tiling/ordered_points.h"
@@ -12,7 +13,8 @@ namespace btms {
 
 // Links the nodes of a level, counts rims, and rejects components that are not terrain (kRejected). Collective; needs
 // kLinkHalo rings of `nodes`, leaves halos stale.
-ComponentCounts judge_level(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes);
+ComponentCounts judge_level(const PassContext& context, const LevelRegions& regions, const LevelRules& rules,
+                            TileFields<LevelNode>& nodes);
 
 // What lies under bridge decks, per tile and square of its box; empty where another rank's.
 using SpanGrounds = Paged<std::vector<SpanGround>>;
@@ -43,9 +45,10 @@ FinishedTiles finish_levels(const PassContext& context, const TileTable& coarses
 inline constexpr std::int32_t kDomainRings = 1;
 
 // All levels from the points to finished tiles. `coarsest` is the table of the coarsest level. Calls level_done(level)
-// after each. Collective.
+// after each. `labels_only`: what labels at the points read, at least; the rest may be left out. Collective.
 Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const OrderedPoints& points,
-                    const std::vector<TrajectoryPoint>& trajectory, bool neighbours_by_lattice, const Threads& threads,
-                    Ranks& ranks, Pager& pager, Progress& progress, const std::function<void(int)>& level_done);
+                    const std::vector<TrajectoryPoint>& trajectory, bool labels_only, bool neighbours_by_lattice,
+                    const Threads& threads, Ranks& ranks, Pager& pager, Progress& progress,
+                    const std::function<void(int)>& level_done);
 
 }  // namespace btms

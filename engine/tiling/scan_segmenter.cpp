@@ -17,7 +17,7 @@
 namespace btms {
 namespace {
 
-constexpr std::uint64_t kMostNodes = 1 << 20;  // in the box around a scan; wider ones take the way of maps
+constexpr std::uint64_t kMostNodes = 1 << 20;  // in the box around a scan; wider ones take the way of large maps
 constexpr std::size_t kParts = 4;              // of a scan, counted side by side: neighbouring points share a node
 
 // A scan that has been read, as a source.
@@ -93,7 +93,7 @@ class ScanSegmenter::Impl {
         fit_(parameters) {}
 
   std::span<const Label> segment(const ScanPoints& scan) {
-    if (read_near(scan) && locate()) return segment_located();
+    if (is_fixed() && read_near(scan) && locate()) return segment_located();
     read_all(scan);
     return segment_block();
   }
@@ -108,8 +108,9 @@ class ScanSegmenter::Impl {
   std::span<const Label> segment_block() {
     counts_ = {};
     if (block_.size() == 0) return {};
-    if (take_block() && locate()) return segment_located();
-    return segment_as_map();
+    const bool compact = take_block();
+    if (is_fixed() && compact && locate()) return segment_located();
+    return segment_as_map(compact && nodes_around() <= kMostNodes);
   }
   std::span<const Label> segment_located() {
     counts_ = {};
@@ -136,8 +137,16 @@ class ScanSegmenter::Impl {
   void complete();
   void fit();
   void label();
-  // Through tiles.
-  std::span<const Label> segment_as_map();
+  // Through tiles; `compact`: through one.
+  std::span<const Label> segment_as_map(bool compact);
+
+  bool is_fixed() const { return parameters_.method == Method::kFixed; }
+  // Of the finest level, in the box of coarsest cells around the scan.
+  double nodes_around() const {
+    const double edge = static_cast<double>(r_) * (1 << (level_count(parameters_) - 1));
+    const auto cells = [&](const Interval& reach) { return static_cast<double>(reach.high - reach.low) / edge + 4; };
+    return cells(reach_x_) * cells(reach_y_) * (edge / r_) * (edge / r_) * kTriangles;
+  }
 
   std::size_t node_count() const { return static_cast<std::size_t>(box_.cells()) * kTriangles; }
   NodePoints points_of(std::size_t node) const {
@@ -279,7 +288,7 @@ bool ScanSegmenter::Impl::take_block() {
 
 bool ScanSegmenter::Impl::locate() {
   const std::size_t n = at_x_.size();
-  if (parameters_.method != Method::kFixed || n > kMaxNodePoints) return false;
+  if (n > kMaxNodePoints) return false;
   const std::int64_t x0 = floor_div(reach_x_.low, r_) * r_, y0 = floor_div(reach_y_.low, r_) * r_;
   if (reach_x_.high - x0 > Divider::kMaxOffset || reach_y_.high - y0 > Divider::kMaxOffset) return false;
   const auto cell = [&](std::int64_t mm) { return static_cast<std::int32_t>(floor_div(mm, r_)); };
@@ -426,8 +435,8 @@ void ScanSegmenter::Impl::label() {
   counts_.obstacle = n - counts_.dropped - counts_.terrain - counts_.below;
 }
 
-std::span<const Label> ScanSegmenter::Impl::segment_as_map() {
-  SegmentedScan scan = segment_scan(BlockSource(block_), parameters_);
+std::span<const Label> ScanSegmenter::Impl::segment_as_map(bool compact) {
+  SegmentedScan scan = segment_scan(BlockSource(block_), parameters_, compact && !is_fixed());
   labels_ = std::move(scan.labels);
   counts_ = scan.counts;
   return labels_;

@@ -5,7 +5,7 @@
 
 namespace btms {
 
-SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters) {
+SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters, bool labels_only) {
   SegmentedScan out;
   const auto threads = serial_threads();
   const auto ranks = single_rank();
@@ -13,6 +13,8 @@ SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters
   BuildOptions options;
   options.parameters = parameters;
   options.layers = false;  // labels don't read them
+  options.labels_only = labels_only;
+  if (labels_only) options.tile_cells = 0;
   out.map = MemoryMap(MapLayout{Lattice(resolution_mm(parameters)), {}});
   if (scan.size() > 0) {
     const std::array<const PointSource*, 1> sources{&scan};

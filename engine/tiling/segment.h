@@ -20,6 +20,8 @@ struct SegmentedScan {
 };
 
 // A scan of no points gives an empty map. Throws Error(kBadInput) for one without a single finite point.
-SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters);
+// `labels_only`: the map is one tile, and no larger than the labels need (BuildOptions::labels_only); for scans without
+// far outliers, which would make that tile huge.
+SegmentedScan segment_scan(const PointSource& scan, const Parameters& parameters, bool labels_only = false);
 
 }  // namespace btms

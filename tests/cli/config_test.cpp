@@ -23,13 +23,13 @@ double default_of(const std::string& preset, const std::string& name) {
 
 TEST_F(CliConfig, RisingOrder) {
   write_text(folder_ / "c.yaml", "# a comment\nslope_max_deg: 31\nkeep_nodes: 5\n");
-  const auto only_preset = run_json(build({"--preset", "single-scan"}))["parameters"];
-  EXPECT_EQ(only_preset["slope_max_deg"], default_of("single-scan", "slope_max_deg"));
-  const auto with_file = run_json(build({"--preset", "single-scan", "--config", folder_ / "c.yaml"}))["parameters"];
+  const auto only_preset = run_json(build({"--preset", "paper-single-scan"}))["parameters"];
+  EXPECT_EQ(only_preset["slope_max_deg"], default_of("paper-single-scan", "slope_max_deg"));
+  const auto with_file = run_json(build({"--preset", "paper-single-scan", "--config", folder_ / "c.yaml"}))["parameters"];
   EXPECT_EQ(with_file["slope_max_deg"], 31);
-  EXPECT_EQ(with_file["resolution_m"], default_of("single-scan", "resolution_m"));
+  EXPECT_EQ(with_file["resolution_m"], default_of("paper-single-scan", "resolution_m"));
   const auto with_flag = run_json(
-      build({"--slope-max-deg", "32", "--preset", "single-scan", "--config", folder_ / "c.yaml"}))["parameters"];
+      build({"--slope-max-deg", "32", "--preset", "paper-single-scan", "--config", folder_ / "c.yaml"}))["parameters"];
   EXPECT_EQ(with_flag["slope_max_deg"], 32);
   EXPECT_EQ(with_flag["keep_nodes"], 5);
 }
@@ -37,8 +37,8 @@ TEST_F(CliConfig, RisingOrder) {
 TEST_F(CliConfig, APresetInTheFileYieldsToTheFlag) {
   write_text(folder_ / "c.yaml", "slope_max_deg: 31\npreset: single-scan\n");
   const auto file = run_json(build({"--config", folder_ / "c.yaml"}));
-  EXPECT_EQ(file["preset"], "single-scan");
-  EXPECT_EQ(file["parameters"]["resolution_m"], default_of("single-scan", "resolution_m"));
+  EXPECT_EQ(file["preset"], "paper-single-scan");
+  EXPECT_EQ(file["parameters"]["resolution_m"], default_of("paper-single-scan", "resolution_m"));
   EXPECT_EQ(file["parameters"]["slope_max_deg"], 31);
   EXPECT_EQ(run_json(build({"--config", folder_ / "c.yaml", "--preset", "city"}))["preset"], "city");
 }

@@ -27,14 +27,14 @@ class CliDisk : public testing::Test {
 
 TEST_F(CliDisk, ABuildThatCouldNotParkItsPointsIsRefused) {
   expect_refused(
-      run({"build", folder_ / "scan.bin", "-o", folder_ / "map", "--preset", "single-scan", "--memory", "128M"}),
+      run({"build", folder_ / "scan.bin", "-o", folder_ / "map", "--preset", "paper-single-scan", "--memory", "128M"}),
       "--spill");
   EXPECT_EQ(names_in(folder_.path()), std::vector<std::string>{"scan.bin"});
 }
 
 TEST_F(CliDisk, LabelsThatWouldNotFitAreRefused) {
   write_scan(make("small.bin"), floor_and_wall());
-  ASSERT_EQ(run({"build", folder_ / "small.bin", "-o", folder_ / "map", "--preset", "single-scan"}).status, 0);
+  ASSERT_EQ(run({"build", folder_ / "small.bin", "-o", folder_ / "map", "--preset", "paper-single-scan"}).status, 0);
   expect_refused(run({"label", folder_ / "map", folder_ / "scan.bin", "-o", folder_ / "out"}), "output folder");
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 }

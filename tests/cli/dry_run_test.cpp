@@ -68,7 +68,7 @@ TEST(DryRun, BearsStraysAndPointsThatAreNoNumbers) {
   for (std::size_t i = 249'000; i < 251'000; ++i) points[i][0] = i % 2 == 0 ? NAN : 90'000.f;
   write_scan(folder / "scan.bin", points);
   const std::vector<std::string> build = {"build",        folder / "scan.bin", "-o",
-                                          folder / "map", "--preset",          "single-scan"};
+                                          folder / "map", "--preset",          "paper-single-scan"};
   auto dry = build;
   dry.emplace_back("--dry-run");
   const auto told = run_json(dry), happened = run_json(build);

@@ -99,8 +99,8 @@ TEST(CliUsage, ParametersAreRefusedByNameAndRange) {
 }
 
 TEST(CliParams, ListsSymbolsRangesSourcesAndASchema) {
-  const auto table = run_json({"params", "--preset", "single-scan"});
-  EXPECT_EQ(table["preset"], "single-scan");
+  const auto table = run_json({"params", "--preset", "paper-single-scan"});
+  EXPECT_EQ(table["preset"], "paper-single-scan");
   for (const auto& row : table["parameters"]) {
     EXPECT_TRUE(row.contains("default"));
     EXPECT_NE(row["source"], "");

@@ -8,7 +8,7 @@ class CliOutput : public testing::Test {
  protected:
   CliOutput() {
     write_scan(folder_ / "scan.bin", floor_and_wall());
-    const Outcome built = run({"build", folder_ / "scan.bin", "-o", map(), "--preset", "single-scan"});
+    const Outcome built = run({"build", folder_ / "scan.bin", "-o", map(), "--preset", "paper-single-scan"});
     EXPECT_EQ(built.status, 0) << built.err;
   }
   std::string map() const { return folder_ / "map.btms"; }

@@ -13,7 +13,7 @@ class CliTrajectory : public testing::Test {
   std::vector<std::string> build(const std::string& poses, const std::string& keep_nodes = "1000000") const {
     write_text(folder_ / "poses.txt", poses);
     std::vector<std::string> call{
-        "build",    folder_ / "scan.bin", "-o", folder_ / "map.btms", "--preset", "partial-map", "--keep-nodes",
+        "build",    folder_ / "scan.bin", "-o", folder_ / "map.btms", "--preset", "paper-partial-map", "--keep-nodes",
         keep_nodes, "--min-points",       "3",  "--progress",         "none"};
     if (!poses.empty()) call.insert(call.end(), {"--trajectory", folder_ / "poses.txt"});
     return call;

@@ -12,7 +12,7 @@ constexpr std::int64_t kSize_mm = 90'000;
 constexpr std::size_t kPoints = 60'000;
 
 Parameters small_nodes(CompletionNormals normals, NodeModel model) {
-  Parameters p = preset("partial-map");
+  Parameters p = preset("paper-partial-map");
   p.min_points = 4;
   p.kernel_radius = 2.5;
   p.completion_normals = normals;
@@ -55,6 +55,16 @@ TEST(InvarianceScene, CoarseToFineAtUtmCoordinates) {
 
 TEST(InvarianceScene, CoarseToFineInTheNegativeQuadrant) {
   expect_one_digest(hard_scene(-90'000'001, -7'123'457, 150'000, kPoints, 2), levels_of_city(), all_ways({1, 5, 0}));
+}
+
+// Levels of a scanner's map, down to the smallest squares there can be: every rule that is off in a city is on.
+TEST(InvarianceScene, CoarseToFineBelowAMetre) {
+  Parameters p = preset("partial-map");
+  for (const double resolution : {0.1, 0.25}) {
+    p.resolution_m = resolution;
+    p.vehicle_width_m = 0.5;
+    expect_one_digest(hard_scene(352'123'456, 5'744'987'654, 12'000, 20'000), p, all_ways({1, 3, 0}));
+  }
 }
 
 // Spans, sheets and their components over every border.

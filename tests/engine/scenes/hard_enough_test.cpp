@@ -18,7 +18,7 @@ TEST(SceneCity, IsHardForTheMethodAtOneFixedResolution) {
   std::vector<CloudPoint> cloud;
   for (const ScenePoint& p : points) cloud.push_back({p.x_mm, p.y_mm, p.z_mm});
 
-  Parameters p = preset("partial-map");  // r = 2 m
+  Parameters p = preset("paper-partial-map");  // r = 2 m
   ASSERT_EQ(p.resolution_m, 2.0);
   ASSERT_EQ(p.keep_nodes, 10);
   const SegmentedScan result = segment_scan(CloudSource(std::move(cloud)), p);

@@ -51,7 +51,7 @@ Node plane_node(double gx, double gy, std::int32_t z, NodeClass c = NodeClass::k
 }
 
 TEST(LocalConvexity, IsSymmetricToTheBit) {
-  const ConvexityRules rules(preset("partial-map"));
+  const ConvexityRules rules(preset("paper-partial-map"));
   Random random(21);
   int linked = 0;
   for (int i = 0; i < 100'000; ++i) {
@@ -69,7 +69,7 @@ TEST(LocalConvexity, IsSymmetricToTheBit) {
 }
 
 TEST(LocalConvexity, NodesInOnePlaneAreLinkedAStepIsNot) {
-  const ConvexityRules rules(preset("partial-map"));
+  const ConvexityRules rules(preset("paper-partial-map"));
   const Node a = plane_node(0, 0, 0);
   EXPECT_TRUE(locally_convex(a, a, {1000, 500, 0}, rules));
   EXPECT_TRUE(locally_convex(a, a, {0, 0, 0}, rules)) << "no distance, no contradiction";
@@ -118,7 +118,7 @@ TEST(Completion, PlaneModeIsExactOnAPlane) {
 }
 
 TEST(Completion, FaithfulModeFlattensSlopesAsPrinted) {
-  Parameters p = preset("partial-map");
+  Parameters p = preset("paper-partial-map");
   p.kernel_radius = 2;
   p.slope_max_deg = 45;
   const Node n = predict_on_plane(p, 0.2, 0);
@@ -128,7 +128,7 @@ TEST(Completion, FaithfulModeFlattensSlopesAsPrinted) {
 }
 
 TEST(Completion, DoesNotDependOnTheOrderOfNeighbours) {
-  for (const char* name : {"city", "partial-map"}) {
+  for (const char* name : {"city", "paper-partial-map"}) {
     Parameters p = preset(name);
     p.slope_max_deg = 45;
     EXPECT_EQ(predict_on_plane(p, 0.123, 0.077), predict_on_plane(p, 0.123, 0.077, true));

@@ -28,7 +28,7 @@ struct NodeCloud {
 };
 
 Parameters with(NodeModel model, int min_points = 3) {
-  Parameters p = preset("partial-map");
+  Parameters p = preset("paper-partial-map");
   p.node_model = model;
   p.min_points = min_points;
   return p;

@@ -14,7 +14,7 @@
 namespace btms::test {
 namespace {
 
-SegmentedScan segment(std::vector<CloudPoint> points, const Parameters& p = preset("partial-map")) {
+SegmentedScan segment(std::vector<CloudPoint> points, const Parameters& p = preset("paper-partial-map")) {
   return segment_scan(CloudSource(std::move(points)), p);
 }
 
@@ -106,7 +106,7 @@ TEST(Build, AMapTooLargeIsRefusedBeforeItIsAllocated) {
   const CloudSource source(points);
   const PointSource* sources[] = {&source};
   BuildOptions options;
-  options.parameters = preset("partial-map");
+  options.parameters = preset("paper-partial-map");
   options.tile_cells = 0;
   MemoryMap map;
   Progress progress;
@@ -137,7 +137,7 @@ TEST(Build, StopsInEveryPhase) {
   const CloudSource source(floor_points());
   const PointSource* sources[] = {&source};
   BuildOptions options;
-  options.parameters = preset("partial-map");
+  options.parameters = preset("paper-partial-map");
   for (const char* phase : {"partition", "model", "link", "merge", "complete", "fit"}) {
     MemoryMap map;
     Stopping progress(phase);

@@ -137,7 +137,7 @@ void check_labels(const Parameters& parameters, std::size_t n, bool strays) {
 }
 
 TEST(LabelPoints, AreWhatTheirNodesSay) {
-  for (const char* name : {"city", "single-scan"}) {
+  for (const char* name : {"city", "paper-single-scan"}) {
     SCOPED_TRACE(name);
     check_labels(preset(name), 100'003, true);  // several blocks; the last one ends in no whole lane
     check_labels(preset(name), 5'001, false);   // near enough for division by multiplication

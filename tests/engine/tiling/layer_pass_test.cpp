@@ -20,7 +20,7 @@ std::vector<CloudPoint> terrace(std::int32_t height_mm) {
 }
 
 Parameters small_car() {
-  Parameters p = preset("partial-map");
+  Parameters p = preset("paper-partial-map");
   p.normal_similarity = p.plane_distance = 1;  // the terrace stays one component
   p.vehicle_width_m = 1.8;
   p.vehicle_max_step_m = 0.2;

@@ -52,7 +52,7 @@ TEST(Trajectory, KeepsWhatTheSensorPassedOver) {
 }
 
 TEST(Trajectory, KeepsSmallComponentsOfTheFixedMethod) {
-  Parameters p = preset("partial-map");
+  Parameters p = preset("paper-partial-map");
   p.keep_nodes = 1'000'000;
   p.min_points = 3;
   const std::vector<TrajectoryPoint> on_top{{120'000, 130'000, 7700}};
