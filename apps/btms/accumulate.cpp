@@ -103,23 +103,32 @@ std::vector<std::uint32_t> classes_of(const Scan& scan) {
   return classes;
 }
 
-// Of a class, `z_m` above the sensor.
-PointKind kind_of(std::uint32_t label, double z_m, const TruthRules& rules) {
+// Classes of a partial map, as `btms eval --label-map partial-map` reads them.
+enum MapClass : std::uint8_t { kIgnored = 0, kObject = 1, kTerrain = 2, kAmbiguousTerrain = 3, kAmbiguousObject = 5 };
+
+MapClass map_class(std::uint32_t label, bool low, const TruthRules& rules) {
   const auto is = [&](const std::vector<std::uint32_t>& classes) {
     return std::find(classes.begin(), classes.end(), label) != classes.end();
   };
-  if (is(rules.ignored)) return PointKind::kIgnored;
-  if (is(rules.ambiguous))
-    return z_m < -0.25 * rules.sensor_height_m ? PointKind::kAmbiguousLow : PointKind::kAmbiguousHigh;
-  return is(rules.terrain) ? PointKind::kTerrain : PointKind::kObject;
+  if (is(rules.ignored)) return kIgnored;
+  if (is(rules.ambiguous)) return low ? kAmbiguousTerrain : kAmbiguousObject;
+  return is(rules.terrain) ? kTerrain : kObject;
 }
 
+// What voxels vote by: the label, and whether the point lies low enough under its sensor for an ambiguous class to be
+// terrain.
+constexpr std::uint32_t kLow = 1u << 31, kUnlabelled = kLow - 1;
+
 // The points of a scan in the map frame; what the reader dropped is left out.
-std::vector<AccumulatedPoint> points_of(const Scan& scan, const TruthRules& rules) {
+std::vector<LabelledPoint> points_of(const Scan& scan, const TruthRules& rules) {
   const std::vector<std::uint32_t> classes = classes_of(scan);
   PointBlock block;
   scan.file->read(0, static_cast<std::size_t>(scan.file->size()), block);
-  std::vector<AccumulatedPoint> points;
+  const auto vote = [&](std::uint32_t label, double z_m) {
+    const bool ambiguous = std::find(rules.ambiguous.begin(), rules.ambiguous.end(), label) != rules.ambiguous.end();
+    return ambiguous && z_m < -0.25 * rules.sensor_height_m ? label | kLow : label;
+  };
+  std::vector<LabelledPoint> points;
   points.reserve(block.size());
   for (std::size_t i = 0; i < block.size(); ++i) {
     if (block.x_mm[i] == PointBlock::kDroppedX) continue;
@@ -129,7 +138,7 @@ std::vector<AccumulatedPoint> points_of(const Scan& scan, const TruthRules& rule
     const auto mm = [](double m) { return std::llround(m * 1000); };
     if (std::abs(place[2]) * 1000 > kMaxVertical_mm) continue;
     points.push_back({mm(place[0]), mm(place[1]), static_cast<std::int32_t>(mm(place[2])),
-                      classes.empty() ? PointKind::kObject : kind_of(classes[i], z_m, rules)});
+                      classes.empty() ? kUnlabelled : vote(classes[i], z_m)});
   }
   return points;
 }
@@ -156,52 +165,42 @@ AlignedPoses align(std::vector<Scan>& scans, const Threads& threads, Progress& p
   return aligned;
 }
 
-// As `btms eval --label-map partial-map` reads them.
-constexpr std::uint8_t las_class(PointKind kind) {
-  switch (kind) {
-    case PointKind::kTerrain:
-      return 2;
-    case PointKind::kAmbiguousLow:
-      return 3;
-    case PointKind::kAmbiguousHigh:
-      return 5;
-    case PointKind::kObject:
-      return 1;
-    case PointKind::kIgnored:
-      break;
-  }
-  return 0;
-}
+struct MapCounts {
+  std::uint64_t voxels = 0, terrain = 0, object = 0, ambiguous = 0, ignored = 0;
+};
 
-std::array<std::uint64_t, kPointKinds> write_map(const VoxelMap& map, LasWriter& writer) {
-  std::array<std::uint64_t, kPointKinds> counts{};
+MapCounts write_map(const VoxelMap& map, const TruthRules& rules, LasWriter& writer) {
+  MapCounts counts;
   std::vector<LasPoint> records;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    const AccumulatedPoint p = map.point(i);
-    ++counts[static_cast<std::size_t>(p.kind)];
-    records.push_back({p.x_mm, p.y_mm, p.z_mm, las_class(p.kind), 0});
-    if (records.size() == 65536 || i + 1 == map.size()) {
-      writer.append(records);
-      records.clear();
-    }
-  }
+  const auto flush = [&] {
+    writer.append(records);
+    records.clear();
+  };
+  map.for_each_voxel([&](const LabelledPoint& p) {
+    const MapClass c = map_class(p.label & ~kLow, (p.label & kLow) != 0, rules);
+    ++counts.voxels;
+    ++(c == kTerrain   ? counts.terrain
+       : c == kObject  ? counts.object
+       : c == kIgnored ? counts.ignored
+                       : counts.ambiguous);
+    records.push_back({p.x_mm, p.y_mm, p.z_mm, c, 0});
+    if (records.size() == 65536) flush();
+  });
+  flush();
   return counts;
 }
 
-void print_accumulate(const AccumulateCommand& command, std::size_t scans, std::uint64_t points, const VoxelMap& map,
-                      const std::array<std::uint64_t, kPointKinds>& counts, const std::optional<AlignedPoses>& aligned,
-                      double seconds) {
-  const auto count = [&](PointKind kind) { return counts[static_cast<std::size_t>(kind)]; };
-  const std::uint64_t ambiguous = count(PointKind::kAmbiguousLow) + count(PointKind::kAmbiguousHigh);
+void print_accumulate(const AccumulateCommand& command, std::size_t scans, std::uint64_t points,
+                      const MapCounts& counts, const std::optional<AlignedPoses>& aligned, double seconds) {
   if (command.common.json) {
     Json json{{"output", command.output},
               {"scans", scans},
               {"points", points},
-              {"voxels", map.size()},
-              {"terrain", count(PointKind::kTerrain)},
-              {"object", count(PointKind::kObject)},
-              {"ambiguous", ambiguous},
-              {"ignored", count(PointKind::kIgnored)}};
+              {"voxels", counts.voxels},
+              {"terrain", counts.terrain},
+              {"object", counts.object},
+              {"ambiguous", counts.ambiguous},
+              {"ignored", counts.ignored}};
     if (aligned)
       json["alignment"] = {{"smear_before_m", tidy(aligned->smear_before_m)},
                            {"smear_after_m", tidy(aligned->smear_after_m)},
@@ -216,11 +215,10 @@ void print_accumulate(const AccumulateCommand& command, std::size_t scans, std::
                     "corrected by up to {:.3f} m and {:.2f} deg",
                     aligned->smear_before_m, aligned->smear_after_m, aligned->largest_m, aligned->largest_tilt_deg));
   if (!command.labels.empty())
-    print_line(fmt::format("{} terrain, {} object, {} ambiguous, {} ignored", grouped(count(PointKind::kTerrain)),
-                           grouped(count(PointKind::kObject)), grouped(ambiguous),
-                           grouped(count(PointKind::kIgnored))));
-  print_line(fmt::format("{}  {} of {} points in {}, {}", command.output, counted(map.size(), "voxel"), grouped(points),
-                         counted(scans, "scan"), seconds_text(seconds)));
+    print_line(fmt::format("{} terrain, {} object, {} ambiguous, {} ignored", grouped(counts.terrain),
+                           grouped(counts.object), grouped(counts.ambiguous), grouped(counts.ignored)));
+  print_line(fmt::format("{}  {} of {} points in {}, {}", command.output, counted(counts.voxels, "voxel"),
+                         grouped(points), counted(scans, "scan"), seconds_text(seconds)));
 }
 
 int run_accumulate(const AccumulateCommand& command) {
@@ -245,7 +243,7 @@ int run_accumulate(const AccumulateCommand& command) {
   VoxelMap map(static_cast<std::int32_t>(std::llround(command.voxel_m * 1000)));
   std::uint64_t points = 0;
   for (std::size_t begin = 0; begin < scans.size(); begin += kTogether) {
-    std::vector<std::vector<AccumulatedPoint>> batch(std::min(kTogether, scans.size() - begin));
+    std::vector<std::vector<LabelledPoint>> batch(std::min(kTogether, scans.size() - begin));
     threads->for_each(batch.size(), [&](std::size_t i, int) {
       throw_if_stopped();
       batch[i] = points_of(scans[begin + i], rules);
@@ -256,8 +254,8 @@ int run_accumulate(const AccumulateCommand& command) {
       points += some.size();
     }
   }
-  if (map.size() == 0) throw Error(ErrorCode::kBadInput, "the scans have no finite point", command.scans);
-  const auto counts = write_map(map, *writer);
+  if (points == 0) throw Error(ErrorCode::kBadInput, "the scans have no finite point", command.scans);
+  const MapCounts counts = write_map(map, rules, *writer);
   if (!command.written_poses.empty()) {
     std::vector<Pose> poses;
     for (const Scan& scan : scans) poses.push_back(scan.pose);
@@ -267,7 +265,7 @@ int run_accumulate(const AccumulateCommand& command) {
   writer->commit();
   progress.finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begun;
-  print_accumulate(command, scans.size(), points, map, counts, aligned, seconds.count());
+  print_accumulate(command, scans.size(), points, counts, aligned, seconds.count());
   return 0;
 }
 
@@ -281,7 +279,7 @@ constexpr const char* kFooter =
     "  btms accumulate --scans sequences/00/velodyne --labels sequences/00/labels --poses sequences/00/poses.txt \\\n"
     "      --calib sequences/00/calib.txt -o partial.las\n"
     "\n"
-    "A voxel gives one point: the mean of what fell into it, with the kind most of it has. Classes of the map, as\n"
+    "A voxel gives one point: the mean of what fell into it, with the label most of it has. Classes of the map, as\n"
     "`btms eval --label-map partial-map` reads them: 2 terrain, 1 object (also without --labels), 0 ignored, 3 and 5\n"
     "vegetation that counts as terrain or as object, which its height in the frame of its scan decides.\n"
     "Poses: KITTI (12 numbers a line) or TUM (8). Scans that are named by numbers belong to these lines (000000.bin "

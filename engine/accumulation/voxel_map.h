@@ -1,5 +1,5 @@
 // Points of many scans thinned to one per voxel (paper III-B, partial maps): the mean of a voxel's points, with the
-// kind most of them have.
+// label most of them have.
 #pragma once
 
 #include <array>
@@ -9,43 +9,47 @@
 
 namespace btms {
 
-// What truth says of a point. The ambiguous classes (vegetation, bushes) count as terrain or not by their height in the
-// frame of the scan they were seen in, which a map no longer knows: so it is decided before.
-enum class PointKind : std::uint8_t { kIgnored, kTerrain, kObject, kAmbiguousLow, kAmbiguousHigh };
-inline constexpr std::size_t kPointKinds = 5;
-
-struct AccumulatedPoint {
+struct LabelledPoint {
   std::int64_t x_mm = 0, y_mm = 0;
   std::int32_t z_mm = 0;
-  PointKind kind = PointKind::kIgnored;
+  std::uint32_t label = 0;
 };
 
-// Sums of integers: the result depends on the set of points, not on their order. Not thread-safe. Holds 56 bytes a
-// voxel, twice that while points are added, and 72 bytes for each of these.
+// Sums of integers: the result depends on the set of points, not on their order. Not thread-safe. Holds 40 bytes for
+// each label of a voxel, twice that while points are added, and 64 bytes for each of these.
 class VoxelMap {
  public:
   // Voxels are anchored at multiples of `edge_mm` (1 to 10,000).
   explicit VoxelMap(std::int32_t edge_mm) : edge_mm_(edge_mm) {}
 
   // Throws Error(kBadInput) for points more than a million voxels from the first.
-  void add(std::span<const AccumulatedPoint> points);
+  void add(std::span<const LabelledPoint> points);
 
-  std::size_t size() const { return voxels_.size(); }
-  // The centroid, rounded to millimetres, and the kind of voxel i; voxels are ordered from bottom to top, south to
-  // north, west to east. Of kinds that are equally frequent it is the first of terrain, object, ambiguous, ignored.
-  AccumulatedPoint point(std::size_t i) const;
+  // Centroids, rounded to millimetres, with the most frequent label (of equally frequent ones the smallest), from
+  // bottom to top, then south to north, then west to east. Calls fn(point) for each voxel.
+  template <class Fn>
+  void for_each_voxel(const Fn& fn) const {
+    for (std::size_t begin = 0; begin < parts_.size();) {
+      std::size_t end = begin + 1;
+      while (end < parts_.size() && parts_[end].key == parts_[begin].key) ++end;
+      fn(whole(std::span(parts_).subspan(begin, end - begin)));
+      begin = end;
+    }
+  }
 
  private:
-  struct Voxel {
+  // The points of one label in a voxel.
+  struct Part {
     std::uint64_t key = 0;
+    std::uint32_t label = 0, count = 0;
     std::array<std::uint64_t, 3> sums_mm{};  // from the voxel's corner
-    std::array<std::uint32_t, kPointKinds> votes{};
   };
-  std::array<std::int64_t, 3> corner_mm(std::uint64_t key) const;
+  static bool before(const Part& a, const Part& b) { return a.key != b.key ? a.key < b.key : a.label < b.label; }
+  LabelledPoint whole(std::span<const Part> parts) const;
 
   std::int32_t edge_mm_;
   std::array<std::int64_t, 3> first_{};  // the voxel of the first point
-  std::vector<Voxel> voxels_;            // ascending by key
+  std::vector<Part> parts_;              // ascending
 };
 
 }  // namespace btms

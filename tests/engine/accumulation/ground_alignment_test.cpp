@@ -71,7 +71,7 @@ TEST(GroundAlignment, SmearIsTheRangeOfWhatScansSaw) {
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].place_m[2] += i % 2 == 0 ? 0 : 0.2;
   const AlignedPoses aligned = align_ground(ground, poses);
   EXPECT_NEAR(aligned.smear_before_m, 0.17, 0.04);  // planes of squares that few scans saw take some of the 0.2
-  EXPECT_LT(aligned.smear_after_m, 0.05);  // noise of a centimetre
+  EXPECT_LT(aligned.smear_after_m, 0.05);           // noise of a centimetre
 }
 
 TEST(GroundAlignment, ClosesALoopThatIsMetresOff) {

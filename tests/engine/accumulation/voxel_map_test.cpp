@@ -13,23 +13,20 @@
 namespace btms {
 namespace {
 
-std::vector<AccumulatedPoint> random_points(std::size_t n) {
+std::vector<LabelledPoint> random_points(std::size_t n) {
   std::mt19937 random(7);
   std::uniform_int_distribution<int> xy(-1000, 1000), z(-300, 300), kind(0, 4);
-  std::vector<AccumulatedPoint> points;
+  std::vector<LabelledPoint> points;
   for (std::size_t i = 0; i < n; ++i)
     points.push_back(
-        {400'000'000 + xy(random), -5'000'000'000 + xy(random), z(random), static_cast<PointKind>(kind(random))});
+        {400'000'000 + xy(random), -5'000'000'000 + xy(random), z(random), static_cast<std::uint32_t>(kind(random))});
   return points;
 }
 
-using Place = std::tuple<std::int64_t, std::int64_t, std::int32_t, PointKind>;
+using Place = std::tuple<std::int64_t, std::int64_t, std::int32_t, std::uint32_t>;
 std::vector<Place> places(const VoxelMap& map) {
   std::vector<Place> out;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    const AccumulatedPoint p = map.point(i);
-    out.emplace_back(p.x_mm, p.y_mm, p.z_mm, p.kind);
-  }
+  map.for_each_voxel([&](const LabelledPoint& p) { out.emplace_back(p.x_mm, p.y_mm, p.z_mm, p.label); });
   return out;
 }
 
@@ -38,33 +35,26 @@ TEST(VoxelMap, HoldsTheCentroidAndTheMajorityOfEachVoxel) {
   const auto points = random_points(5000);
   struct Sum {
     std::int64_t x = 0, y = 0, z = 0, n = 0;
-    std::array<int, kPointKinds> votes{};
+    std::array<int, 5> votes{};
   };
   std::map<std::array<std::int64_t, 3>, Sum> sums;  // z, y, x
-  for (const AccumulatedPoint& p : points) {
+  for (const LabelledPoint& p : points) {
     Sum& s = sums[{floor_div(p.z_mm, kEdge), floor_div(p.y_mm, kEdge), floor_div(p.x_mm, kEdge)}];
     s.x += p.x_mm, s.y += p.y_mm, s.z += p.z_mm, ++s.n;
-    ++s.votes[static_cast<std::size_t>(p.kind)];
+    ++s.votes[p.label];
   }
   VoxelMap map(kEdge);
   map.add(points);
-  ASSERT_EQ(map.size(), sums.size());
+  const auto found = places(map);
+  ASSERT_EQ(found.size(), sums.size());
   std::size_t i = 0;
   for (const auto& [voxel, s] : sums) {
-    const AccumulatedPoint p = map.point(i++);
+    const auto [x, y, z, label] = found[i++];
     const auto n = static_cast<double>(s.n);
-    EXPECT_NEAR(static_cast<double>(p.x_mm), static_cast<double>(s.x) / n, 0.5);
-    EXPECT_NEAR(static_cast<double>(p.y_mm), static_cast<double>(s.y) / n, 0.5);
-    EXPECT_NEAR(static_cast<double>(p.z_mm), static_cast<double>(s.z) / n, 0.5);
-    const auto votes = [&](PointKind kind) { return s.votes[static_cast<std::size_t>(kind)]; };
-    const bool ambiguous = p.kind == PointKind::kAmbiguousLow || p.kind == PointKind::kAmbiguousHigh;
-    const int both = votes(PointKind::kAmbiguousLow) + votes(PointKind::kAmbiguousHigh);
-    const int most =
-        std::max({votes(PointKind::kTerrain), votes(PointKind::kObject), votes(PointKind::kIgnored), both});
-    EXPECT_EQ(ambiguous ? both : votes(p.kind), most);
-    if (ambiguous) {
-      EXPECT_GE(votes(p.kind), both - votes(p.kind));
-    }
+    EXPECT_NEAR(static_cast<double>(x), static_cast<double>(s.x) / n, 0.5);
+    EXPECT_NEAR(static_cast<double>(y), static_cast<double>(s.y) / n, 0.5);
+    EXPECT_NEAR(static_cast<double>(z), static_cast<double>(s.z) / n, 0.5);
+    EXPECT_EQ(label, std::max_element(s.votes.begin(), s.votes.end()) - s.votes.begin());  // the first of equals
   }
 }
 
@@ -78,20 +68,9 @@ TEST(VoxelMap, DependsNeitherOnOrderNorOnPortions) {
   EXPECT_EQ(places(whole), places(parts));
 }
 
-TEST(VoxelMap, TiesGoToTerrain) {
-  VoxelMap map(1000);
-  const AccumulatedPoint points[] = {{1, 1, 1, PointKind::kIgnored},
-                                     {3, 1, 1, PointKind::kAmbiguousHigh},
-                                     {1, 5, 1, PointKind::kObject},
-                                     {1, 1, 9, PointKind::kTerrain}};
-  map.add(points);
-  ASSERT_EQ(map.size(), 1u);
-  EXPECT_EQ(map.point(0).kind, PointKind::kTerrain);
-}
-
 TEST(VoxelMap, RefusesPointsThatCannotBelongTogether) {
   VoxelMap map(10);
-  const AccumulatedPoint near{0, 0, 0, PointKind::kObject}, far{11'000'000, 0, 0, PointKind::kObject};
+  const LabelledPoint near{0, 0, 0, 1}, far{11'000'000, 0, 0, 1};
   map.add({&near, 1});
   EXPECT_THROW(map.add({&far, 1}), Error);
 }
