@@ -35,7 +35,7 @@ TEST_F(CliConfig, RisingOrder) {
 }
 
 TEST_F(CliConfig, APresetInTheFileYieldsToTheFlag) {
-  write_text(folder_ / "c.yaml", "slope_max_deg: 31\npreset: single-scan\n");
+  write_text(folder_ / "c.yaml", "slope_max_deg: 31\npreset: paper-single-scan\n");
   const auto file = run_json(build({"--config", folder_ / "c.yaml"}));
   EXPECT_EQ(file["preset"], "paper-single-scan");
   EXPECT_EQ(file["parameters"]["resolution_m"], default_of("paper-single-scan", "resolution_m"));
