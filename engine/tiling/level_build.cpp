@@ -225,6 +225,8 @@ LevelSurface fit_surface(const TileField<LevelNode>& nodes, const LevelRegion& r
   return s;
 }
 
+}  // namespace
+
 int rounds_of(const Parameters& p, int level) {
   const int last = level_count(p) - 1;
   if (level == 0) return 1;
@@ -233,8 +235,6 @@ int rounds_of(const Parameters& p, int level) {
   // A second round follows the ground's scatter about the surface of the first.
   return p.fit_scale_ground > 0 ? 2 : 1;
 }
-
-}  // namespace
 
 Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const OrderedPoints& points,
                     const std::vector<TrajectoryPoint>& trajectory, bool labels_only, bool by_lattice,

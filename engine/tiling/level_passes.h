@@ -41,6 +41,9 @@ struct LastRound {
 FinishedTiles finish_levels(const PassContext& context, const TileTable& coarsest, const OrderedPoints& points,
                             const LevelRules& rules, const LastRound& last);
 
+// Rounds of a level, 0 being the coarsest.
+int rounds_of(const Parameters& p, int level);
+
 // The map ends this many cells of the coarsest level beyond the last point.
 inline constexpr std::int32_t kDomainRings = 1;
 

@@ -1,5 +1,6 @@
-// Labels for one scan after another, for a robot that calls at its sensor's rate: one thread, no files, memory kept
-// from scan to scan.
+// Labels for one scan after another, for a robot that calls at its sensor's rate: one thread, no files. The fixed
+// method keeps its memory from scan to scan; coarse to fine keeps what scans are read into. A scan of 124 k points
+// takes some 3 ms with paper-single-scan, 35 ms with single-scan (docs/accuracy.md).
 //
 //   ScanSegmenter segmenter(preset("single-scan"));
 //   for (;;) {

@@ -25,7 +25,8 @@ TEST_F(CliConfig, RisingOrder) {
   write_text(folder_ / "c.yaml", "# a comment\nslope_max_deg: 31\nkeep_nodes: 5\n");
   const auto only_preset = run_json(build({"--preset", "paper-single-scan"}))["parameters"];
   EXPECT_EQ(only_preset["slope_max_deg"], default_of("paper-single-scan", "slope_max_deg"));
-  const auto with_file = run_json(build({"--preset", "paper-single-scan", "--config", folder_ / "c.yaml"}))["parameters"];
+  const auto with_file =
+      run_json(build({"--preset", "paper-single-scan", "--config", folder_ / "c.yaml"}))["parameters"];
   EXPECT_EQ(with_file["slope_max_deg"], 31);
   EXPECT_EQ(with_file["resolution_m"], default_of("paper-single-scan", "resolution_m"));
   const auto with_flag = run_json(
@@ -35,7 +36,7 @@ TEST_F(CliConfig, RisingOrder) {
 }
 
 TEST_F(CliConfig, APresetInTheFileYieldsToTheFlag) {
-  write_text(folder_ / "c.yaml", "slope_max_deg: 31\npreset: single-scan\n");
+  write_text(folder_ / "c.yaml", "slope_max_deg: 31\npreset: paper-single-scan\n");
   const auto file = run_json(build({"--config", folder_ / "c.yaml"}));
   EXPECT_EQ(file["preset"], "paper-single-scan");
   EXPECT_EQ(file["parameters"]["resolution_m"], default_of("paper-single-scan", "resolution_m"));

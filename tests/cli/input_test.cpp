@@ -56,7 +56,8 @@ TEST(CliInput, PointsThatAreNoNumbersAreDroppedAndCounted) {
   points[8] = {0, INFINITY, 0};
   points[9] = {0, 0, 1e30f};
   write_scan(folder / "scan.bin", points);
-  const auto built = run_json({"build", folder / "scan.bin", "-o", folder / "map.btms", "--preset", "paper-single-scan"});
+  const auto built =
+      run_json({"build", folder / "scan.bin", "-o", folder / "map.btms", "--preset", "paper-single-scan"});
   EXPECT_EQ(built["dropped"]["not_finite"], 2);
   EXPECT_EQ(built["dropped"]["out_of_range"], 1);
   EXPECT_EQ(built["points"], points.size() - 3);

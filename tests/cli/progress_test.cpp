@@ -50,6 +50,8 @@ TEST_P(BuildProgress, IsToldOfTheWholeRun) {
 INSTANTIATE_TEST_SUITE_P(Methods, BuildProgress,
                          testing::Values(std::vector<std::string>{}, std::vector<std::string>{"--levels", "3"},
                                          std::vector<std::string>{"--levels", "1"},
+                                         std::vector<std::string>{"--fit-scale-ground", "2", "--level-rounds", "2",
+                                                                  "--span-width-m", "0"},
                                          std::vector<std::string>{"--method", "fixed", "--resolution", "4"}));
 
 TEST(Progress, IsNotToldWhenQuiet) {
