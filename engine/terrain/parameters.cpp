@@ -344,7 +344,7 @@ Parameters ground_scanner() {
   p.near_m = 0.05;
   p.near_per_r = 0.055;
   p.near_slope = 0;
-  p.near_uncertainty = 0.5;
+  p.near_uncertainty = 0.4;
   p.near_residual = -10;
   p.link_m = 0.085;
   p.link_per_r = 0.02;
