@@ -32,7 +32,7 @@ sheet-joints-of-one-tile|engine/tiling/above_pass.cpp|s/^    to.joints += s.join
 span-halo|engine/tiling/span_pass.cpp|s/exchange_halo(context.table, heights, span.halo(), /exchange_halo(context.table, heights, span.halo() \/ 3, /
 visiting-order|engine/tiling/link_pass.cpp|s/nodes_[[]merged_.root(c.id)[]] += c.nodes/nodes_[merged_.root(c.id)] = c.nodes/
 parked-unwritten|engine/tiling/link_pass.cpp|s/"merge", {writes(nodes), /"merge", {reads(nodes), /
-lowest-by-order|engine/tiling/ordered_points.cpp|s/^        (points.z_mm\[i\] == points.z_mm\[low\] &&$/        (false \&\&/
+lowest-by-order|engine/tiling/ordered_points.cpp|s/^    lowest = std::min(lowest, points.z_mm\[i\]/    if (lowest >> 32 > points.z_mm[i]) lowest = std::min(lowest, points.z_mm[i]/
 TABLE
 }
 
