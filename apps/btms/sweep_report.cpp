@@ -10,20 +10,6 @@
 namespace btms {
 namespace {
 
-struct Metric {
-  const char* key;
-  double (Confusion::*value)() const;
-};
-constexpr Metric kMetrics[] = {{"precision", &Confusion::precision},
-                               {"recall", &Confusion::recall},
-                               {"f1", &Confusion::f1},
-                               {"accuracy", &Confusion::accuracy}};
-struct Part {
-  const char* key;
-  Confusion Scores::*value;
-};
-constexpr Part kParts[] = {{"with_ambiguous", &Scores::with}, {"without_ambiguous", &Scores::without}};
-
 const char* completion_text(Completion c) { return c == Completion::kKernel ? "kernel" : "none"; }
 
 std::string mean_text(const MeanDeviation& m) {
@@ -31,12 +17,6 @@ std::string mean_text(const MeanDeviation& m) {
 }
 
 }  // namespace
-
-MeanDeviation SweepRow::over_files(Confusion Scores::*part, double (Confusion::*metric)() const) const {
-  std::vector<double> values;
-  for (const Scores& scores : files) values.push_back(((scores.*part).*metric)());
-  return mean_deviation(values);
-}
 
 std::vector<std::string> Sweep::parameters() const {
   std::vector<std::string> names;
@@ -64,7 +44,7 @@ void print_sweep_text(const Sweep& sweep) {
     for (const auto part : {&Scores::without, &Scores::with})
       if (part == &Scores::without || sweep.ambiguous)
         for (const auto metric : {&Confusion::accuracy, &Confusion::f1})
-          cells.push_back(mean_text(row.over_files(part, metric)));
+          cells.push_back(mean_text(over_files(row.files, part, metric)));
     table.row(cells);
   }
   table.print();
@@ -91,9 +71,9 @@ void print_sweep_json(const Sweep& sweep, const std::filesystem::path& folder) {
   json["rows"] = Json::array();
   for (const SweepRow& row : sweep.rows) {
     Json object{{"parameter", row.parameter}, {"value", row.value}, {"completion", completion_text(row.completion)}};
-    for (const Part& part : kParts)
-      for (const Metric& metric : kMetrics) {
-        const MeanDeviation m = row.over_files(part.value, metric.value);
+    for (const ScorePart& part : kScoreParts)
+      for (const PaperMetric& metric : kPaperMetrics) {
+        const MeanDeviation m = over_files(row.files, part.value, metric.value);
         object[part.key][metric.key] = {{"mean", m.mean}, {"deviation", m.deviation}};
       }
     json["rows"].push_back(object);
@@ -106,14 +86,15 @@ void print_sweep_json(const Sweep& sweep, const std::filesystem::path& folder) {
 
 void write_sweep_csv(const Sweep& sweep, const std::filesystem::path& csv) {
   std::string text = "parameter,value,completion,files";
-  for (const Part& part : kParts)
-    for (const Metric& metric : kMetrics) text += fmt::format(",{1}_{0},{1}_{0}_deviation", part.key, metric.key);
+  for (const ScorePart& part : kScoreParts)
+    for (const PaperMetric& metric : kPaperMetrics)
+      text += fmt::format(",{1}_{0},{1}_{0}_deviation", part.key, metric.key);
   text += '\n';
   for (const SweepRow& row : sweep.rows) {
     text += fmt::format("{},{},{},{}", row.parameter, row.value, completion_text(row.completion), row.files.size());
-    for (const Part& part : kParts)
-      for (const Metric& metric : kMetrics) {
-        const MeanDeviation m = row.over_files(part.value, metric.value);
+    for (const ScorePart& part : kScoreParts)
+      for (const PaperMetric& metric : kPaperMetrics) {
+        const MeanDeviation m = over_files(row.files, part.value, metric.value);
         text += fmt::format(",{:.6f},{:.6f}", m.mean, m.deviation);
       }
     text += '\n';

@@ -18,9 +18,8 @@ struct SweepRow {
   Completion completion = Completion::kKernel;
   std::vector<Scores> files;
 
-  // Over the files.
-  MeanDeviation over_files(Confusion Scores::*part, double (Confusion::*metric)() const) const;
-  double accuracy(Confusion Scores::*part) const { return over_files(part, &Confusion::accuracy).mean; }
+  // Mean of the files.
+  double accuracy(Confusion Scores::*part) const { return over_files(files, part, &Confusion::accuracy).mean; }
 };
 
 // Rows of one parameter follow each other.

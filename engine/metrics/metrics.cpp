@@ -112,4 +112,10 @@ MeanDeviation mean_deviation(std::span<const double> values) {
   return {mean, std::sqrt(square / n)};
 }
 
+MeanDeviation over_files(std::span<const Scores> files, Confusion Scores::*part, double (Confusion::*metric)() const) {
+  std::vector<double> values;
+  for (const Scores& scores : files) values.push_back(((scores.*part).*metric)());
+  return mean_deviation(values);
+}
+
 }  // namespace btms

@@ -83,4 +83,22 @@ struct MeanDeviation {
 };
 MeanDeviation mean_deviation(std::span<const double> values);
 
+// The paper's four metrics, in its order, and the two ways it counts.
+struct PaperMetric {
+  const char* key;
+  double (Confusion::*value)() const;
+};
+inline constexpr PaperMetric kPaperMetrics[] = {{"precision", &Confusion::precision},
+                                                {"recall", &Confusion::recall},
+                                                {"f1", &Confusion::f1},
+                                                {"accuracy", &Confusion::accuracy}};
+struct ScorePart {
+  const char* key;
+  Confusion Scores::*value;
+};
+inline constexpr ScorePart kScoreParts[] = {{"with_ambiguous", &Scores::with}, {"without_ambiguous", &Scores::without}};
+
+// Of one metric over several files.
+MeanDeviation over_files(std::span<const Scores> files, Confusion Scores::*part, double (Confusion::*metric)() const);
+
 }  // namespace btms

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/scenes/bisection.h"
+
 namespace btms {
 namespace {
 
@@ -24,16 +26,6 @@ bool inside(const World& world, const Object& o, double x, double y, double z) {
   if (!o.top(x, y)) return false;
   const double ground = world.ground_m(x, y), top = *absolute_top(o, x, y, ground);
   return z <= top && z >= ground && top > ground + kClear_m && (o.form != Form::kDeck || z >= top - kDeckThickness_m);
-}
-
-// Between a height along the pulse where `in` does not hold and one below where it does.
-template <typename In>
-double entry(double out_m, double in_m, In in) {
-  for (int k = 0; k < kHalvings; ++k) {
-    const double middle = (out_m + in_m) / 2;
-    (in(middle) ? in_m : out_m) = middle;
-  }
-  return in_m;
 }
 
 }  // namespace
@@ -72,7 +64,7 @@ std::optional<Stop> stopped(const World& world, std::span<const Object> solids, 
     const auto in = [&](double up) { return inside(world, o, x_m + slant * up, y_m, ground_m + up); };
     for (double up = high; up >= low && (!stop || up > stop->up_m); up = up > low ? std::max(low, up - kStep_m) : -1)
       if (in(up)) {
-        stop = {up == high ? up : entry(up + kStep_m, up, in), &o};
+        stop = {up == high ? up : entry<kHalvings>(up + kStep_m, up, in), &o};
         break;
       }
   }
@@ -80,7 +72,7 @@ std::optional<Stop> stopped(const World& world, std::span<const Object> solids, 
   const double step = kCliffStep_m / std::abs(slant);
   const auto buried = [&](double up) { return up > 0 && world.ground_m(x_m + slant * up, y_m) > ground_m + up + 0.02; };
   for (double up = std::floor(kCliff_m / step) * step; up > 0 && (!stop || up > stop->up_m); up -= step)
-    if (buried(up)) return Stop{entry(up + step, up, buried), nullptr};
+    if (buried(up)) return Stop{entry<kHalvings>(up + step, up, buried), nullptr};
   return stop;
 }
 

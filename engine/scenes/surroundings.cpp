@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/scenes/bisection.h"
 #include "engine/scenes/random.h"
 
 namespace btms {
@@ -37,16 +38,6 @@ void walk(const Ray& ray, double from_m, double to_m, double edge, Visit visit) 
     t = std::max(t, end);
     (ti < tj ? i : j) += ti < tj ? step_i : step_j;
   }
-}
-
-// Where `in` begins to hold, between a range where it doesn't and one where it does.
-template <typename In>
-double entry(double out_m, double in_m, In in) {
-  for (int k = 0; k < kHalvings; ++k) {
-    const double middle = (out_m + in_m) / 2;
-    (in(middle) ? in_m : out_m) = middle;
-  }
-  return in_m;
 }
 
 // The part of [from, to] with |a + b t| <= half.
@@ -183,7 +174,7 @@ double Surroundings::ground_hit(const Ray& ray, double from_m, double to_m) cons
     for (int k = 1; k <= looks; ++k) {
       const double t = k == looks ? t1 : t0 + (t1 - t0) * k / looks;
       if (!below(t)) continue;
-      hit = entry(t0 + (t1 - t0) * (k - 1) / looks, t, below);
+      hit = entry<kHalvings>(t0 + (t1 - t0) * (k - 1) / looks, t, below);
       return true;
     }
     return false;
@@ -213,7 +204,7 @@ double Surroundings::target_hit(const Target& target, const Ray& ray, double fro
   if (in(from_m)) return from_m;
   for (double before = from_m, t = from_m; t < to_m; before = t) {
     t = std::min(t + step, to_m);
-    if (in(t)) return entry(before, t, in);
+    if (in(t)) return entry<kHalvings>(before, t, in);
   }
   return kInfinity;
 }
