@@ -152,10 +152,9 @@ AlignedPoses align(std::vector<Scan>& scans, const Threads& threads, Progress& p
     throw_if_stopped();
     PointBlock points;
     const PointFile& file = *scans[i].file;
-    if (file.size() > 0) {
-      file.read(0, static_cast<std::size_t>(file.size()), points);
+    file.read(0, static_cast<std::size_t>(file.size()), points);
+    if (points.dropped() < points.size())
       ground[i] = ground_patches(points, segmenters[static_cast<std::size_t>(worker)].segment(file));
-    }
     progress.advance(1);
   });
   std::vector<Pose> poses;

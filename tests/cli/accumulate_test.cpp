@@ -1,6 +1,8 @@
 // btms accumulate: partial maps, and the drift of the ground taken out.
 #include <gmock/gmock.h>
 
+#include <limits>
+
 #include "tests/cli/program.h"
 
 namespace btms::test {
@@ -58,6 +60,20 @@ TEST_F(CliAccumulate, TakesScansByTheirNumbers) {
   const auto some = run_json(call("poses.txt", out / "some.las", {"--first", "3", "--last", "5"}));
   EXPECT_EQ(some["scans"], 3);
   EXPECT_EQ(run(call("poses.txt", out / "none.las", {"--first", "99"})).status, 2);
+}
+
+TEST_F(CliAccumulate, AlignsAroundScansWithoutPoints) {
+  const TempFolder out;
+  fs::create_directories(out / "scans");
+  write_text(out / "scans/000000.bin", read_text(in("velodyne/000000.bin")));
+  write_text(out / "scans/000001.bin", "");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  write_text(out / "scans/000002.bin",
+             std::string(reinterpret_cast<const char*>(std::array{nan, nan, nan, nan}.data()), 16));
+  const auto json = run_json(
+      {"accumulate", "--scans", out / "scans", "--poses", in("poses.txt"), "--align-ground", "-o", out / "map.las"});
+  EXPECT_EQ(json["scans"], 3);
+  EXPECT_GT(json["voxels"], 1000);
 }
 
 TEST_F(CliAccumulate, RefusesWhatDoesNotFit) {
