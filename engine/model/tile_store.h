@@ -34,6 +34,8 @@ class TileSink {
   virtual ~TileSink() = default;
   // Takes the tile and returns its digest. Throws Error(kFailed) when it can't be kept.
   virtual Digest put(TileId id, TerrainTile&& tile) = 0;
+  // The same of a tile that is as in the map that is there already. A sink that follows a map can leave it where it is.
+  virtual Digest keep(TileId id, const TerrainTile& tile) { return put(id, TerrainTile(tile)); }
 };
 
 // Finished tiles of one immutable map revision. Thread-safe.

@@ -9,6 +9,7 @@
 #include "engine/lattice/neighbours.h"
 #include "engine/terrain/above.h"
 #include "engine/terrain/level_links.h"
+#include "engine/tiling/finished_tiles.h"
 #include "engine/tiling/level_points.h"
 #include "engine/tiling/merged_components.h"
 #include "engine/tiling/passes.h"
@@ -123,7 +124,7 @@ SheetLists look_above(const PassContext& context, const OrderedPoints& points, c
   std::vector<Worker> workers(static_cast<std::size_t>(context.threads.count()), {AboveScratch(rules), {}});
   SheetLists sheets(context.pager, tiles.size());
   std::mutex mutex;
-  points.for_each_bin("above", context.threads, context.progress,
+  points.for_each_bin("above", context.threads, context.progress, context.only,
                       [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int worker) {
                         const InUse tile({writes(tiles), writes(sheets)}, i);
                         Worker& w = workers[static_cast<std::size_t>(worker)];
@@ -200,34 +201,75 @@ std::vector<SheetSums> sums_of(const SparseField<Sheet>& field, const TerrainTil
 
 }  // namespace
 
-void above_pass(const PassContext& context, const OrderedPoints& points, FinishedTiles& tiles) {
+namespace {
+
+// What is decided about a component of sheets.
+struct SheetVerdict {
+  SheetId component;
+  std::uint32_t surface;    // a further surface, not clutter
+  std::uint32_t reachable;
+  friend bool operator==(const SheetVerdict&, const SheetVerdict&) = default;
+};
+
+}  // namespace
+
+void above_pass(const PassContext& context, const OrderedPoints& points, const Records& records, FinalTiles& finished) {
   const TileTable& table = context.table;
+  const std::size_t n = table.tiles().size();
   const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false,
                          false);  // a deck is not smooth ground: the wider scale
-  SheetLists found = look_above(context, points, rules, tiles);
-
-  SparseFields<Sheet> sheets(context.pager, tiles.size());
-  context.for_each_tile("sheets", {reads(found), writes(sheets)}, [&](std::size_t i, int) {
-    sheets[i] = SparseField<Sheet>(table.tiles()[i].box, kLinkHalo);
-    sheets[i].assign(found[i]);
+  const int sheets_kept = record_number(kAfterRounds, Step::kSheets), joined_kept = record_number(kAfterRounds, Step::kJoined),
+            verdicts_kept = record_number(kAfterRounds, Step::kVerdicts);
+  SheetLists found = look_above(context.on(finished.made()), points, rules, finished.values);
+  context.on(finished.made()).for_each_tile("sheets", {reads(found)}, [&](std::size_t i, int) {
+    records.save(sheets_kept, table.tiles()[i].id, table.tiles()[i].box, found[i]);
   });
-  found = {};
-  exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);
-  Paged<TileLinks> linked(context.pager, tiles.size());
-  context.for_each_tile("link sheets", {writes(sheets), writes(linked)},
-                        [&](std::size_t i, int) { link_tile(sheets[i], rules, linked[i]); });
-  exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks);  // the components this time
+  records.finish(sheets_kept);
 
-  Paged<TileSheets> joined(context.pager, tiles.size());
-  context.for_each_tile("join sheets", {reads(sheets), reads(tiles), writes(linked), writes(joined)},
-                        [&](std::size_t i, int) {
-                          const std::span<const Sheet> here = std::as_const(sheets[i]).values();
-                          joined[i].components = std::move(linked[i].components);
-                          for (const auto& [a, b] : linked[i].links)
-                            joined[i].links.push_back({here[a].component, here[b].component});
-                          sort_unique(joined[i].links);
-                          joined[i].sums = sums_of(sheets[i], tiles[i], rules);
-                        });
+  SparseFields<Sheet> sheets(context.pager, n);
+  Paged<TileLinks> linked(context.pager, n);
+  const auto fetch = [&](const TileSet& tiles) {
+    context.on(tiles).for_each_tile("sheets", {writes(found), writes(sheets)}, [&](std::size_t i, int) {
+      const Tile& tile = table.tiles()[i];
+      if (!finished.made()[i]) records.recall(sheets_kept, tile.id, tile.box, found[i]);
+      sheets[i] = SparseField<Sheet>(tile.box, kLinkHalo);
+      sheets[i].assign(found[i]);
+      std::vector<Sheet>().swap(found[i]);
+    });
+  };
+  const auto link = [&](const TileSet& tiles) {
+    context.on(tiles).for_each_tile("link sheets", {writes(sheets), writes(linked)},
+                                    [&](std::size_t i, int) { link_tile(sheets[i], rules, linked[i]); });
+  };
+  // As in judge_level: a tile's part in the verdicts names the components of its neighbours.
+  const TileSet join_tiles = within(table, finished.made(), kLinkHalo), link_tiles = within(table, join_tiles, kLinkHalo);
+  finished.need(join_tiles, context);
+  fetch(link_tiles);
+  exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks, &join_tiles);
+  link(link_tiles);
+  exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks, &join_tiles);  // the components this time
+
+  Paged<TileSheets> joined(context.pager, n);
+  std::vector<std::vector<SheetVerdict>> verdicts(n);  // of the components of a tile
+  context.for_each_tile(
+      "join sheets", {reads(sheets), reads(finished.values), writes(linked), writes(joined)}, [&](std::size_t i, int) {
+        const Tile& tile = table.tiles()[i];
+        TileSheets& own = joined[i];
+        if (!join_tiles[i]) {
+          records.recall(joined_kept, tile.id, tile.box, own.components, own.links, own.sums);
+          records.recall(verdicts_kept, tile.id, tile.box, verdicts[i]);
+          return;
+        }
+        const std::span<const Sheet> here = std::as_const(sheets[i]).values();
+        own.components = std::move(linked[i].components);
+        for (const auto& [a, b] : linked[i].links) own.links.push_back({here[a].component, here[b].component});
+        sort_unique(own.links);
+        own.sums = sums_of(sheets[i], finished.values[i], rules);
+        if (!records.keep()) return;
+        records.save(joined_kept, tile.id, tile.box, own.components, own.links, own.sums);
+        for (const SheetComponent& c : own.components) verdicts[i].push_back({c.id, 0, 0});
+      });
+  records.finish(joined_kept);
   // What is gathered, and the sums that are made of it.
   const Pager::Claim claim(context.pager,
                            2 * bytes_in(joined, &TileSheets::components, &TileSheets::links, &TileSheets::sums));
@@ -239,22 +281,44 @@ void above_pass(const PassContext& context, const OrderedPoints& points, Finishe
     to.clear += s.clear;
     to.joints += s.joints;
   }
+  const auto judge = [&](const SheetId& component) -> SheetVerdict {
+    const SheetSums& whole = total[merged.root(component)];
+    return {component, whole.clear >= static_cast<std::uint64_t>(rules.p().upper_nodes),
+            whole.joints >= least_joints(rules.r_mm())};
+  };
+  // Far from all changes a verdict may be another one now.
+  TileSet listed = join_tiles, unlinked(n);
+  Changes overturned(n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (SheetVerdict& v : verdicts[i]) {
+      const SheetVerdict now = judge(v.component);
+      if (!join_tiles[i] && now != v) overturned.boxes[i] = table.tiles()[i].box;
+      v = now;
+    }
+  overturned.share(context.ranks);
+  add(listed, within(table, overturned, 0));
+  for (std::size_t i = 0; i < n; ++i) unlinked[i] = listed[i] && !link_tiles[i];
+  fetch(unlinked);
+  link(unlinked);
+  finished.need(listed, context);
 
-  context.for_each_tile("upper", {reads(sheets), writes(tiles)}, [&](std::size_t i, int) {
-    TerrainTile& tile = tiles[i];
+  context.on(listed).for_each_tile("upper", {reads(sheets), writes(finished.values)}, [&](std::size_t i, int) {
+    TerrainTile& tile = finished.values[i];
+    tile.upper.clear();
     for (const Sheet& s : std::as_const(sheets[i]).inside()) {
-      const NodeId id = node_of_key(s.node);
-      const SheetSums& whole = total[merged.root(s.component)];
-      if (whole.clear < static_cast<std::uint64_t>(rules.p().upper_nodes)) continue;
+      const SheetVerdict verdict = judge(s.component);
+      if (!verdict.surface) continue;
       const LevelNode& plane = s.sheet.plane;
-      tile.upper.push_back({static_cast<std::uint32_t>(tile.node_index(id)), height_at_centre_mm(plane), plane.slope_x,
-                            plane.slope_y, plane.sd_mm, plane.count,
-                            whole.joints >= least_joints(rules.r_mm()) ? UpperKind::kReachable : UpperKind::kDetached});
+      tile.upper.push_back({static_cast<std::uint32_t>(tile.node_index(node_of_key(s.node))), height_at_centre_mm(plane),
+                            plane.slope_x, plane.slope_y, plane.sd_mm, plane.count,
+                            verdict.reachable ? UpperKind::kReachable : UpperKind::kDetached});
     }
     std::stable_sort(tile.upper.begin(), tile.upper.end(), [](const UpperNode& a, const UpperNode& b) {
       return std::tie(a.node, a.z_mm) < std::tie(b.node, b.z_mm);
     });
+    records.save(verdicts_kept, table.tiles()[i].id, table.tiles()[i].box, verdicts[i]);
   });
+  records.finish(verdicts_kept);
 }
 
 }  // namespace btms

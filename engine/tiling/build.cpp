@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "engine/error.h"
+#include "engine/tiling/finished_tiles.h"
 #include "engine/tiling/level_passes.h"
 #include "engine/tiling/memory_budget.h"
 #include "engine/tiling/passes.h"
@@ -36,11 +37,11 @@ std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
 }
 
 // The tiles leave the engine; what all ranks have made.
-void commit(const PassContext& context, FinishedTiles&& finished, TileSink& sink, BuildSummary& summary) {
+void commit(const PassContext& context, FinalTiles&& finished, TileSink& sink, BuildSummary& summary) {
   const CommitSummary done = commit_pass(context, std::move(finished), sink);
   const auto sums =
       context.ranks.sum<std::uint64_t>({done.tiles, done.nodes(), done.observed, done.predicted, done.obstacle,
-                                        done.filled, done.unknown, context.pager.spill().bytes_written()});
+                                        done.filled, done.unknown, context.pager.spill().bytes_written(), done.renewed});
   summary.tiles = sums[0];
   summary.nodes = sums[1];
   summary.observed = sums[2];
@@ -49,6 +50,7 @@ void commit(const PassContext& context, FinishedTiles&& finished, TileSink& sink
   summary.filled = sums[5];
   summary.unknown = sums[6];
   summary.spilled_bytes = sums[7];
+  summary.tiles_renewed = sums[8];
   summary.digest = context.ranks.sum<Digest>({done.digest})[0];
 }
 
@@ -120,18 +122,25 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   if (coarse_to_fine) {
     std::optional<OrderedPoints> points(std::in_place, std::move(bins), grid, table, threads, pager, progress);
     watch.lap("sort", summary.phases);
-    Levels built = build_levels(p, table, *points, options.trajectory, options.labels_only,
-                                options.neighbours_by_lattice, threads, ranks, pager, progress,
+    const Records records(options.memory);
+    if (records.follow() && (!options.before || options.before->layout() != summary.layout))
+      throw Error(ErrorCode::kFailed, "the map that is followed has another layout");
+    Levels built = build_levels({p, table, *points, options.trajectory, options.labels_only,
+                                 options.neighbours_by_lattice, options.memory},
+                                threads, ranks, pager, progress,
                                 [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
     const PassContext context{p, built.table, threads, ranks, pager, progress, options.trajectory};
-    if (options.layers) above_pass(context, *points, built.tiles);
+    FinalTiles finished(std::move(built.tiles), std::move(built.finished), records.follow() ? options.before : nullptr);
+    if (options.layers) above_pass(context, *points, records, finished);
     points.reset();
     watch.lap("above", summary.phases);
     summary.components = built.components.all;
     summary.components_kept = built.components.kept;
-    if (options.layers) layer_pass(context, built.tiles);
+    summary.tiles_recomputed = count(built.worked_on);
+    summary.tiles_in_reach = count(within(built.table, built.bound, 0));
+    if (options.layers) layer_pass(context, finished);
     watch.lap("layers", summary.phases);
-    commit(context, std::move(built.tiles), tiles, summary);
+    commit(context, std::move(finished), tiles, summary);
     watch.lap("commit", summary.phases);
     return summary;
   }
@@ -155,7 +164,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   watch.lap("complete", summary.phases);
 
   exchange_halo(table, nodes, kFitHalo, threads, ranks);
-  FinishedTiles finished = fit_pass(context, nodes);
+  FinalTiles finished(fit_pass(context, nodes), TileSet(table.tiles().size(), 1), nullptr);
   nodes = {};
   watch.lap("fit", summary.phases);
   if (options.layers) layer_pass(context, finished);

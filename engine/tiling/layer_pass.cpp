@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/model/traversability.h"
+#include "engine/tiling/finished_tiles.h"
 #include "engine/tiling/needy_walk.h"
 #include "engine/tiling/passes.h"
 
@@ -155,27 +156,36 @@ void spread_costs(const TileField<OwnCost>& costs, const Vehicle& vehicle, Terra
 
 }  // namespace
 
-void layer_pass(const PassContext& context, FinishedTiles& finished) {
-  const auto& tiles = context.table.tiles();
-  TileFields<NodeCorners> corners(context.pager, tiles.size());
-  context.for_each_tile("layers", {reads(finished), writes(corners)}, [&](std::size_t i, int) {
-    corners[i] = TileField<NodeCorners>(tiles[i].box, kStepHalo);
-    copy_corners(finished[i], corners[i]);
-  });
-  exchange_halo(context.table, corners, kStepHalo, context.threads, context.ranks);
-
+void layer_pass(const PassContext& context, FinalTiles& finished) {
+  const TileTable& table = context.table;
+  const auto& tiles = table.tiles();
   const Vehicle vehicle(context.parameters);
-  const std::int32_t cost_halo = vehicle.rings();
-  TileFields<OwnCost> costs(context.pager, tiles.size());
-  context.for_each_tile("layers", {writes(finished), writes(corners), writes(costs)}, [&](std::size_t i, int) {
-    find_steps(corners[i], finished[i]);
-    corners[i] = {};
-    costs[i] = TileField<OwnCost>(tiles[i].box, cost_halo);
-    find_own_costs(finished[i], vehicle, costs[i]);
+  // Steps follow from the corners around, costs from what is under the vehicle.
+  const TileSet stepped = within(table, finished.made(), kStepHalo), around = within(table, stepped, kStepHalo);
+  const TileSet costed = within(table, finished.made(), kStepHalo + vehicle.rings());
+  TileSet looked_at = within(table, costed, vehicle.rings());
+  add(looked_at, around);
+  finished.need(looked_at, context);
+
+  TileFields<NodeCorners> corners(context.pager, tiles.size());
+  context.on(around).for_each_tile("layers", {reads(finished.values), writes(corners)}, [&](std::size_t i, int) {
+    corners[i] = TileField<NodeCorners>(tiles[i].box, kStepHalo);
+    copy_corners(finished.values[i], corners[i]);
   });
-  exchange_halo(context.table, costs, cost_halo, context.threads, context.ranks);
-  context.for_each_tile("layers", {writes(finished), reads(costs)},
-                        [&](std::size_t i, int) { spread_costs(costs[i], vehicle, finished[i]); });
+  exchange_halo(table, corners, kStepHalo, context.threads, context.ranks, &stepped);
+
+  TileFields<OwnCost> costs(context.pager, tiles.size());
+  context.on(looked_at).for_each_tile(
+      "layers", {writes(finished.values), writes(corners), writes(costs)}, [&](std::size_t i, int) {
+        if (stepped[i]) find_steps(corners[i], finished.values[i]);
+        corners[i] = {};
+        costs[i] = TileField<OwnCost>(tiles[i].box, vehicle.rings());
+        find_own_costs(finished.values[i], vehicle, costs[i]);
+      });
+  exchange_halo(table, costs, vehicle.rings(), context.threads, context.ranks, &costed);
+  context.on(costed).for_each_tile("layers", {writes(finished.values), reads(costs)}, [&](std::size_t i, int) {
+    spread_costs(costs[i], vehicle, finished.values[i]);
+  });
 }
 
 }  // namespace btms

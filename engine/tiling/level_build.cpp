@@ -1,231 +1,17 @@
 // The rounds of the coarse-to-fine method: fit, class, link, judge, complete, corners; the surface of a round is the
-// prior of the next, and that of a level's last round the prior of the finer level.
+// prior of the next, and that of a level's last round the prior of the finer level. A build that follows another works
+// on the tiles only whose inputs have changed, and where their results come out as they were, the change ends there.
 #include <algorithm>
-#include <array>
-#include <cmath>
+#include <optional>
 
-#include "engine/lattice/neighbours.h"
-#include "engine/terrain/level_complete.h"
-#include "engine/tiling/level_passes.h"
+#include "engine/tiling/level_nodes.h"
 #include "engine/tiling/level_points.h"
-#include "engine/tiling/level_scatter.h"
+#include "engine/tiling/level_steps.h"
+#include "engine/tiling/level_surfaces.h"
 #include "engine/tiling/needy_walk.h"
+#include "engine/tiling/touched.h"
 
 namespace btms {
-namespace {
-
-using LevelFields = TileFields<LevelNode>;
-
-// Where a round takes its prior from.
-struct PriorSource {
-  const Surfaces* surfaces = nullptr;  // nullptr: first level
-  bool coarser = false;                // a level coarser than the nodes
-  const SpanGrounds* spans = nullptr;  // what lies under bridges, where they have been looked for
-
-  // Of the nodes of a square; of those outside they mean nothing.
-  SquarePriors of(std::size_t tile, Cell c) const {
-    if (!surfaces) return {};
-    const LevelSurface& s = (*surfaces)[tile];
-    return coarser ? s.planes_for_child(c) : s.planes_of(c);
-  }
-  // Under a bridge, in the square at this index of the tile's box.
-  PriorPlane under(std::size_t tile, std::size_t square) const {
-    const SpanGround& ground = (*spans)[tile][square];
-    return {static_cast<double>(ground.z_mm), 0, 0, static_cast<double>(ground.sd_mm)};
-  }
-  // What a pass needs to ask for priors.
-  Use use() const { return surfaces ? reads(*surfaces) : Use{}; }
-  bool outside(std::size_t tile, NodeId n) const {
-    return surfaces && (*surfaces)[tile].is_outside(coarser ? parent(n) : n);
-  }
-};
-
-std::size_t square_of(const CellBox& box, Cell c) {
-  return static_cast<std::size_t>((std::int64_t{c.row} - box.row0) * box.cols() + (c.col - box.col0));
-}
-
-// Nodes of one level and their classes, from the points: all of them on the last level, the lowest of each finest node
-// before. Squares without points stay as they are. `ground`: its scatter per cell of the coarsest level, where the fit
-// follows that.
-void fit_level(const PassContext& context, const OrderedPoints& points, int level, const LevelRules& rules,
-               const PriorSource& prior, const ScatterFields* ground, LevelFields& nodes) {
-  struct Scratch {
-    GatedPoints gated;
-    LowestScratch lowest;
-  };
-  std::vector<Scratch> scratch(static_cast<std::size_t>(context.threads.count()));
-  const auto fit = [&](std::size_t i, Cell c, const SquarePoints& square, const LevelRules& fit_rules,
-                       GatedPoints& gated) {
-    SquarePriors priors = prior.of(i, c);
-    LevelNode* to = nodes[i].cell(c);
-    std::array<bool, kTriangles> outside;
-    for (std::uint8_t t = 0; t < kTriangles; ++t)
-      if ((outside[t] = prior.outside(i, {c, t}))) priors[t] = {};
-    std::array<LevelNode, kTriangles> fitted;
-    fit_level_square(square, priors, fit_rules, gated, fitted.data());
-    for (std::uint8_t t = 0; t < kTriangles; ++t)
-      if (!outside[t]) to[t] = fitted[t], classify(to[t], priors[t], rules);
-  };
-  if (rules.last()) {
-    points.for_each_bin(
-        "fit", context.threads, context.progress,
-        [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int worker) {
-          GatedPoints& gated = scratch[static_cast<std::size_t>(worker)].gated;
-          const InUse tile({prior.use(), ground ? reads(*ground) : Use{}, writes(nodes)}, i);
-          const LevelRules here = ground ? rules.following(around((*ground)[i], {id.bx, id.by}).rms_mm()) : rules;
-          for_each_square(bin, cells_of(id, level),
-                          [&](Cell c, const SquarePoints& square) { fit(i, c, square, here, gated); });
-        });
-    return;
-  }
-  points.for_each_lowest("fit", context.threads, context.progress,
-                         [&](std::size_t i, BinId id, const OrderedPoints::Lowest& bin, int worker) {
-                           Scratch& s = scratch[static_cast<std::size_t>(worker)];
-                           const InUse tile({prior.use(), writes(nodes)}, i);
-                           for_each_square(bin, points.order(), level, rules.r_mm(), cells_of(id, level), s.lowest,
-                                           [&](Cell c, const SquarePoints& here) { fit(i, c, here, rules, s.gated); });
-                         });
-}
-
-// The classes of nodes that have been fitted before.
-void classify_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior,
-                    const LevelRegions& regions, LevelFields& nodes) {
-  context.for_each_tile("class", {prior.use(), writes(nodes)}, [&](std::size_t i, int) {
-    regions[i].for_each_cell([&](Cell c) {
-      const SquarePriors priors = prior.of(i, c);
-      for (std::uint8_t t = 0; t < kTriangles; ++t) classify(nodes[i].cell(c)[t], priors[t], rules);
-    });
-  });
-}
-
-// First level: what lies further from any point than kDomainRings is not part of the map.
-void bound_domain(const PassContext& context, LevelFields& nodes) {
-  const auto& tiles = context.table.tiles();
-  exchange_halo(context.table, nodes, kDomainRings, context.threads, context.ranks);
-  context.for_each_tile("domain", {writes(nodes)}, [&](std::size_t i, int) {
-    SquareMask occupied(nodes[i].held());
-    const CellBox seen = tiles[i].box.grown(kDomainRings);
-    for (std::int32_t row = seen.row0; row < seen.row1; ++row)
-      for (std::int32_t col = seen.col0; col < seen.col1; ++col) {
-        const LevelNode* cell = nodes[i].cell({col, row});
-        occupied.at(col, row) = std::any_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.count > 0; });
-      }
-    const SquareMask domain = occupied.dilated(kDomainRings);
-    for_each_node(tiles[i].box, [&](NodeId n) {
-      if (!domain.at(n.cell.col, n.cell.row)) nodes[i].cell(n.cell)[n.triangle].level_class = LevelClass::kOutside;
-    });
-  });
-}
-
-bool has_plane(const LevelNode* cell) {
-  return std::any_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.has_plane(); });
-}
-
-constexpr std::int32_t kGroup = 4;  // squares each way that are completed from the same choice
-
-struct CompleteScratch {
-  LevelNeighbourhood near;
-  std::vector<LevelNeighbourhood::Square> planes;  // of the squares of a tile
-  std::vector<Cell> squares;
-  LevelCompletionScratch square;
-};
-
-// Step 7: fills `completed` (interior and one ring) from `nodes`.
-void complete_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior,
-                    const LevelRegions& regions, bool by_lattice, const LevelFields& nodes, LevelFields& completed) {
-  const auto& tiles = context.table.tiles();
-  std::vector<CompleteScratch> scratch(static_cast<std::size_t>(context.threads.count()));
-  const auto wants = [&](const LevelNode& n) {
-    return n.level_class != LevelClass::kOutside && n.level_class != LevelClass::kSpan && !n.has_plane() &&
-           (n.count > 0 || rules.completes_empty());
-  };
-  context.for_each_tile(
-      "complete", {prior.use(), prior.spans ? reads(*prior.spans) : Use{}, reads(nodes), writes(completed)},
-      [&](std::size_t i, int worker) {
-        CompleteScratch& s = scratch[static_cast<std::size_t>(worker)];
-        const TileField<LevelNode>& from = nodes[i];
-        TileField<LevelNode>& to = completed[i];
-        const CellBox& held = from.held();
-        const std::int32_t r = rules.r_mm();
-        const auto centre_x = [&](std::int32_t col) { return (col - held.col0) * r + r / 2; };
-        const auto centre_y = [&](std::int32_t row) { return (row - held.row0) * r + r / 2; };
-        const std::int32_t rings = rules.completion_halo();
-        NeedyWalk walk(from, rings, rules.p().level_kernel_radius * (rules.first() ? 4 : 1), by_lattice, kGroup,
-                       has_plane, [&](const LevelNode* cell) { return std::any_of(cell, cell + kTriangles, wants); });
-        // What no neighbour reaches keeps the prior; on the first level it is not part of the map.
-        regions[i].for_each_cell([&](Cell c) {
-          const LevelNode* cell = from.cell(c);
-          LevelNode* out = to.cell(c);
-          std::copy_n(cell, kTriangles, out);
-          if (std::all_of(cell, cell + kTriangles, [](const LevelNode& n) { return n.has_plane(); })) return;
-          const bool needy = walk.needy(c);
-          const SquarePriors priors = prior.of(i, c);
-          for (std::uint8_t t = 0; t < kTriangles; ++t) {
-            LevelNode& node = out[t];
-            if (node.level_class == LevelClass::kOutside || node.has_plane() || (needy && wants(node))) continue;
-            if (rules.first())
-              node.level_class = LevelClass::kOutside;
-            else if (node.level_class == LevelClass::kSpan)
-              take_prior(node, t, prior.under(i, square_of(tiles[i].box, c)), rules);
-            else
-              take_prior(node, t, priors[t], rules);
-          }
-        });
-        // Every plane serves many squares.
-        s.near.clear();
-        s.planes.resize(static_cast<std::size_t>(held.cells()));
-        for_each_cell(held, [&](Cell c) {
-          if (walk.wanted(c)) s.planes[square_of(held, c)] = s.near.add(from.cell(c), centre_x(c.col), centre_y(c.row));
-        });
-        walk.walk(
-            s.squares,
-            [&](const std::vector<Cell>& squares) {
-              s.near.choose_none();
-              for (const Cell& c : squares) s.near.choose(s.planes[square_of(held, c)]);
-            },
-            [&](Cell c) {
-              std::array<bool, kTriangles> wanted;
-              std::transform(from.cell(c), from.cell(c) + kTriangles, wanted.begin(), wants);
-              complete_level_square(to.cell(c), wanted, centre_x(c.col), centre_y(c.row), s.near, prior.of(i, c), rules,
-                                    s.square);
-            });
-      });
-}
-
-LevelSurface fit_surface(const TileField<LevelNode>& nodes, const LevelRegion& region, const LevelRules& rules) {
-  LevelSurface s(rules.r_mm(), nodes.interior());
-  const CornerRules fit(rules);
-  PlaneRow south, north;
-  const auto assign = [&](PlaneRow& to, std::int32_t row, std::int32_t col0, std::int32_t col1) {
-    to.assign(nodes.values().subspan(nodes.offset({col0, row}), static_cast<std::size_t>(col1 - col0) * kTriangles));
-  };
-  LevelRegion::Run before{};
-  for (const LevelRegion::Run& run : region.corners()) {
-    // The squares around the corners.
-    if (&run != region.corners().data() && run.continues(before))
-      std::swap(south, north);
-    else
-      assign(south, run.row - 1, run.col0 - 1, run.col1);
-    assign(north, run.row, run.col0 - 1, run.col1);
-    fit.corners(south, north,
-                std::span(s.corners).subspan(s.corner_index({run.col0, run.row}),
-                                             static_cast<std::size_t>(run.col1 - run.col0)));
-    before = run;
-  }
-  for (const LevelRegion::Run& run : region.squares()) {
-    assign(north, run.row, run.col0 - 1, run.col1 + 1);
-    fit.centres(north, std::span(s.centres).subspan(s.cell_index({run.col0, run.row}),
-                                                    static_cast<std::size_t>(run.col1 - run.col0)));
-  }
-  region.for_each_node([&](NodeId n) {
-    const LevelNode& node = nodes.cell(n.cell)[n.triangle];
-    if (node.level_class != LevelClass::kOutside)
-      s.source[s.cell_index(n.cell) * kTriangles + n.triangle] = node.source;
-  });
-  return s;
-}
-
-}  // namespace
 
 int rounds_of(const Parameters& p, int level) {
   const int last = level_count(p) - 1;
@@ -236,73 +22,244 @@ int rounds_of(const Parameters& p, int level) {
   return p.fit_scale_ground > 0 ? 2 : 1;
 }
 
-Levels build_levels(const Parameters& parameters, const TileTable& coarsest, const OrderedPoints& points,
-                    const std::vector<TrajectoryPoint>& trajectory, bool labels_only, bool by_lattice,
-                    const Threads& threads, Ranks& ranks, Pager& pager, Progress& progress,
+namespace {
+
+// Rounds of the levels before one.
+int rounds_before(const Parameters& p, int level) {
+  int rounds = 0;
+  for (int l = 0; l < level; ++l) rounds += rounds_of(p, l);
+  return rounds;
+}
+
+// The level to begin with: that after the last one an interrupted build has saved. The same on every rank.
+int first_level(const Parameters& p, const Records& records, Ranks& ranks) {
+  std::int64_t level = 0;
+  if (records.memory())
+    for (int l = 1; l < level_count(p); ++l)
+      if (records.memory()->interrupted_after(record_number(rounds_before(p, l) - 1, Step::kSurface))) level = l;
+  for (const std::int64_t other : ranks.gather(std::vector<std::int64_t>{level})) level = std::min(level, other);
+  return static_cast<int>(level);
+}
+
+// Cells of tiles within a ring of those that are wanted: all that a tile is completed for that isn't wanted itself.
+LevelRegions wanted_parts(const TileTable& table, const LevelRegions& regions, const TileSet& wanted,
+                          const TileSet& completed) {
+  LevelRegions out = regions;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (wanted[i] || !completed[i]) continue;
+    SquareMask rim(table.tiles()[i].box);
+    table.for_each_overlap(rim.box.grown(kFitHalo), [&](std::size_t j, const CellBox&) {
+      if (!wanted[j]) return;
+      for_each_cell(table.tiles()[j].box.grown(kFitHalo).intersect(rim.box),
+                    [&](Cell c) { rim.at(c.col, c.row) = 1; });
+    });
+    out[i] = LevelRegion(rim);
+  }
+  return out;
+}
+
+// What an interrupted build is taken up from, when it is time.
+void checkpoint(const PassContext& context, const TileTable& coarsest, const Records& records,
+                const RoundSurfaces& surfaces, const std::vector<ScatterFields>& misfits) {
+  const std::vector<std::uint8_t> asked{records.memory()->time_to_save()};
+  if (context.ranks.gather(asked)[0] == 0) return;
+  for (std::size_t l = 0; l < misfits.size(); ++l) {
+    const int number = record_number(rounds_before(context.parameters, static_cast<int>(l) + 1), Step::kMisfit);
+    context.for_each_tile("save", {reads(misfits[l])}, [&](std::size_t i, int) {
+      const Tile& tile = coarsest.tiles()[i];
+      records.checkpoint(number, tile.id, tile.box, cells_of(misfits[l][i]));
+    });
+    records.memory()->finish(number);
+  }
+  const int number = record_number(surfaces.round(), Step::kSurface);
+  context.for_each_tile("save", {reads(surfaces.tiles())}, [&](std::size_t i, int) {
+    const Tile& tile = surfaces.table().tiles()[i];
+    const LevelSurface& s = surfaces.tiles()[i];
+    records.checkpoint(number, tile.id, tile.box, s.corners, s.centres, s.source);
+  });
+  records.memory()->finish(number);
+}
+
+}  // namespace
+
+Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks, Pager& pager, Progress& progress,
                     const std::function<void(int)>& level_done) {
+  const Parameters& parameters = in.parameters;
   const int levels = level_count(parameters);
-  Levels built{coarsest, {}, {}};
+  const Records records(in.memory);
+  Levels built{in.coarsest, {}, {}, {}, {}, {}};
   TileTable& table = built.table;
-  Surfaces surfaces;
+  const std::size_t n = table.tiles().size();
   std::vector<ScatterFields> misfits;  // one a refinement
   std::vector<LevelRegions> needed;    // a level, or none: everything
-  if (labels_only && table.tiles().size() == 1 && ranks.size() == 1) {
+  if (in.labels_only && n == 1 && ranks.size() == 1) {
     std::vector<int> rounds;
     for (int level = 0; level < levels; ++level) rounds.push_back(rounds_of(parameters, level));
-    needed = under_points(table, points, rounds, threads, progress);
+    needed = under_points(table, in.points, rounds, threads, progress);
   }
-  for (int level = 0; level < levels; ++level) {
-    if (level > 0) table = table.finer();
+  const PassContext outset{parameters, in.coarsest, threads, ranks, pager, progress, in.trajectory};
+  Changes touched = touched_cells(outset, in.points, records);  // on the level that is worked on, as all that follow
+  Changes prior_changes(n), misfit_changes(n);  // those of the coarsest level
+  built.bound = touched.grown(kDomainRings);
+  built.worked_on.assign(n, 0);
+
+  RoundSurfaces surfaces;
+  const int begin = first_level(parameters, records, ranks);
+  for (int level = 0; level < begin; ++level) {
+    if (level > 0) {
+      table = table.finer();
+      touched = touched.finer(), prior_changes = prior_changes.finer(), built.bound = built.bound.finer();
+      const PassContext context{parameters, table, threads, ranks, pager, progress, in.trajectory};
+      misfits.push_back(measure_misfit(
+          context, in.coarsest, level, TileFields<LevelNode>(),
+          {records, record_number(rounds_before(parameters, level), Step::kMisfit), TileSet(n)}).fields);
+    }
+    if (level + 1 == begin) {
+      surfaces = RoundSurfaces(table, pager, rounds_before(parameters, begin) - 1);
+      prior_changes = Changes::everywhere(table);
+    }
+  }
+
+  for (int level = begin; level < levels; ++level) {
+    if (level > 0) {
+      table = table.finer();
+      touched = touched.finer(), prior_changes = prior_changes.finer(), built.bound = built.bound.finer();
+    }
     const bool first = level == 0, last = level == levels - 1;
     const LevelRules rules(parameters, table.layout().lattice.resolution_mm(), first, last);
-    const PassContext context{parameters, table, threads, ranks, pager, progress, trajectory};
+    const PassContext context{parameters, table, threads, ranks, pager, progress, in.trajectory};
     const std::int32_t halo = std::max(rules.completion_halo(), kDomainRings);
-
-    const auto& tiles = table.tiles();
     const LevelRegions regions =
         needed.empty() ? whole_tiles(table) : std::move(needed[static_cast<std::size_t>(level)]);
-    LevelFields nodes(pager, tiles.size()), completed(pager, tiles.size());
-    const PriorSource coarser = first ? PriorSource{} : PriorSource{&surfaces, true};
-    context.for_each_tile("prior", {coarser.use(), writes(nodes), writes(completed)}, [&](std::size_t i, int) {
-      nodes[i] = TileField<LevelNode>(tiles[i].box, halo);
-      completed[i] = TileField<LevelNode>(tiles[i].box, kFitHalo);
-      regions[i].for_each_node([&](NodeId n) {
-        if (!coarser.outside(i, n)) nodes[i].cell(n.cell)[n.triangle].level_class = LevelClass::kEmpty;
-      });
-    });
+    LevelNodes nodes(context, records, halo);
+    LevelFields completed(pager, n);
+    RoundSurfaces own;
+    Changes fitted(n);
     const int rounds = rounds_of(parameters, level);
-    Surfaces own(pager, tiles.size());
     for (int round = 0; round < rounds; ++round) {
-      PriorSource prior = round == 0 ? coarser : PriorSource{&own, false};
+      const int k = rounds_before(parameters, level) + round;
+      const bool fits = round % 2 == 0 || last, finishes = last && round == rounds - 1;
+      RoundSurfaces& prior_surfaces = round == 0 ? surfaces : own;
+
+      // What the nodes follow from: points, the surface before, the ground's scatter, or the nodes before.
+      Changes inputs = touched;
+      inputs.add(prior_changes);
+      if (!fits) inputs.add(fitted);
+      std::optional<Measured> ground;
       if (last && round > 0) {
-        const ScatterFields ground = measure_ground(context, coarsest, level, points, own);
-        fit_level(context, points, level, rules, prior, &ground, nodes);
-      } else if (round % 2 == 0) {
-        fit_level(context, points, level, rules, prior, nullptr, nodes);
-      } else {
-        classify_level(context, rules, prior, regions, nodes);
+        TileSet anew = within(table, touched, 0);
+        add(anew, within(table, prior_changes, 0));
+        own.need(anew, context, records);
+        ground = measure_ground(context, in.coarsest, level, in.points, own.tiles(),
+                                {records, record_number(k, Step::kGround), anew});
+        Changes around = ground->changes.grown(kScatterHalo);
+        for (int l = 0; l < level; ++l) around = around.finer();
+        inputs.add(around);
+        built.bound = built.bound.grown(kScatterHalo << level);
       }
-      if (first) bound_domain(context, nodes);
-      exchange_halo(table, nodes, kLinkHalo, threads, ranks);
-      built.components = judge_level(context, regions, rules, nodes);
-      if (round == 0 && !first) misfits.push_back(measure_misfit(context, coarsest, level, nodes));
-      SpanGrounds spans;
-      if (last && !first && round == rounds - 1 && rules.p().span_width_m > 0) {
-        spans = span_pass(context, rules, nodes);
-        prior.spans = &spans;
+      const TileSet fit = within(table, inputs, first ? kDomainRings : 0);
+      add(built.worked_on, fit);
+      if (!first) prior_surfaces.need(fit, context, records);
+      PriorSource prior = first ? PriorSource{} : PriorSource{&prior_surfaces.tiles(), round == 0};
+
+      if (!fits) nodes.need(fit);  // those of the round before
+      TileSet created;
+      nodes.begin(k, fit, created);
+      context.on(created).for_each_tile("prior", {prior.use(), writes(nodes.fields)}, [&](std::size_t i, int) {
+        regions[i].for_each_node([&](NodeId node) {
+          if (!prior.outside(i, node)) nodes.fields[i].cell(node.cell)[node.triangle].level_class = LevelClass::kEmpty;
+        });
+      });
+      if (fits)
+        fit_level(context.on(fit), in.points, level, rules, prior, ground ? &ground->fields : nullptr, nodes.fields);
+      else
+        classify_level(context.on(fit), rules, prior, regions, nodes.fields);
+      if (first) {
+        nodes.need(within(table, fit, kDomainRings));
+        exchange_halo(table, nodes.fields, kDomainRings, threads, ranks, &fit);
+        bound_domain(context.on(fit), nodes.fields);
       }
-      exchange_halo(table, nodes, rules.completion_halo(), threads, ranks);
-      complete_level(context, rules, prior, regions, by_lattice, nodes, completed);
-      exchange_halo(table, completed, kFitHalo, threads, ranks);
-      Surfaces next(pager, tiles.size());
-      context.for_each_tile("corners", {reads(completed), writes(next)},
-                            [&](std::size_t i, int) { next[i] = fit_surface(completed[i], regions[i], rules); });
+      fitted = nodes.fitted(fit);
+      fitted.gone = touched.gone;
+      const Judgement judgement = judge_level(context, regions, rules, records, k, fitted, nodes);
+      built.components = judgement.components;
+      if (round == 0 && !first) {
+        const TileSet anew = within(table, judgement.changes, 0);
+        Measured misfit = measure_misfit(context, in.coarsest, level, nodes.fields,
+                                         {records, record_number(k, Step::kMisfit), anew});
+        misfit_changes.add(misfit.changes);
+        misfits.push_back(std::move(misfit.fields));
+      }
+
+      // The tiles whose surface may be another one now.
+      const bool spans = last && !first && finishes && rules.p().span_width_m > 0;
+      const std::int32_t span_halo = spans ? SpanRules(rules.p(), rules.r_mm()).halo() : 0;
+      const std::int32_t reach = rules.completion_halo() + kFitHalo + span_halo;
+      TileSet wanted = within(table, judgement.changes, reach);
+      add(wanted, within(table, inputs, kFitHalo));
+      built.bound.add(judgement.overturned);
+      built.bound = built.bound.grown(reach);
+      if (finishes) {
+        // What is finished also tells how the ground scatters, and how far levels were from each other, around it.
+        Changes all = judgement.changes;
+        all.add(inputs);
+        all = all.grown(reach).coarser(level);
+        all.add(misfit_changes);
+        add(wanted, within(in.coarsest, all, 2 * kScatterHalo));
+        built.bound = built.bound.grown(2 * kScatterHalo << level);
+      }
+      add(built.worked_on, wanted);
+      const TileSet completes = within(table, wanted, kFitHalo), near = within(table, completes, rules.completion_halo());
+      nodes.need(spans ? within(table, near, span_halo) : near);
+      SpanGrounds grounds;
+      if (spans) {
+        grounds = span_pass(context, rules, near, nodes.fields);
+        prior.spans = &grounds;
+      }
+      if (!first) prior_surfaces.need(completes, context, records);
+      exchange_halo(table, nodes.fields, rules.completion_halo(), threads, ranks, &completes);
+      complete_level(context.on(completes), rules, prior,
+                     records.follow() ? wanted_parts(table, regions, wanted, completes) : regions, in.by_lattice,
+                     nodes.fields, completed);
+      exchange_halo(table, completed, kFitHalo, threads, ranks, &wanted);
+      RoundSurfaces next(table, pager, k);
+      Changes surface_changes(n);
+      context.on(wanted).for_each_tile("corners", {reads(completed), writes(next.tiles())}, [&](std::size_t i, int) {
+        LevelSurface& surface = next.tiles()[i];
+        surface = fit_surface(completed[i], regions[i], rules);
+        if (!records.keep()) return;
+        const Tile& tile = table.tiles()[i];
+        LevelSurface before(surface.r_mm, surface.box);
+        const bool known = records.follow() &&
+                           records.load(record_number(k, Step::kSurface), tile.id, tile.box, before.corners,
+                                        before.centres, before.source) &&
+                           before.corners.size() == surface.corners.size() &&
+                           before.centres.size() == surface.centres.size() &&
+                           before.source.size() == surface.source.size();
+        surface_changes.boxes[i] = known ? difference(surface, before) : tile.box;
+        if (!surface_changes.boxes[i].empty())
+          records.save(record_number(k, Step::kSurface), tile.id, tile.box, surface.corners, surface.centres,
+                       surface.source);
+      });
+      records.finish(record_number(k, Step::kSurface));
+      if (records.keep())
+        surface_changes.share(ranks);
+      else
+        surface_changes = Changes::everywhere(table);
+      next.have(wanted);
       own = std::move(next);
-    }
-    if (last) {
-      built.tiles = finish_levels(context, coarsest, points, rules, {nodes, completed, own, misfits});
+      prior_changes = std::move(surface_changes);
+      if (finishes) {
+        TileSet anew = within(table, touched, 0);
+        add(anew, within(table, prior_changes, 0));
+        built.finished = wanted;
+        built.tiles = finish_levels(context, in.coarsest, in.points, rules,
+                                    {nodes.fields, completed, own.tiles(), misfits},
+                                    {records, record_number(kAfterRounds, Step::kGround), anew}, wanted);
+      }
     }
     surfaces = std::move(own);
+    if (!last && records.memory() && !records.keep()) checkpoint(context, in.coarsest, records, surfaces, misfits);
     level_done(level);
   }
   return built;

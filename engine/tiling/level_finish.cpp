@@ -74,13 +74,15 @@ class Finish {
 }  // namespace
 
 FinishedTiles finish_levels(const PassContext& context, const TileTable& coarsest, const OrderedPoints& points,
-                            const LevelRules& rules, const LastRound& last) {
+                            const LevelRules& rules, const LastRound& last, const Measuring& measuring,
+                            const TileSet& wanted) {
   const int refinements = level_count(context.parameters) - 1;
-  const ScatterFields ground = measure_ground(context, coarsest, refinements, points, last.surfaces);
+  const ScatterFields ground =
+      measure_ground(context, coarsest, refinements, points, last.surfaces, measuring).fields;
   FinishedTiles tiles(context.pager, last.surfaces.size());
   std::vector<Use> uses{reads(last.nodes), reads(last.completed), reads(last.surfaces), reads(ground), writes(tiles)};
   for (const ScatterFields& misfit : last.misfits) uses.push_back(reads(misfit));
-  context.for_each_tile("finish", uses, [&](std::size_t i, int) {
+  context.on(wanted).for_each_tile("finish", uses, [&](std::size_t i, int) {
     Finish finish(rules, last, i);
     for_each_cell(coarsest.tiles()[i].box, [&](Cell c) {
       const Surroundings s = surroundings(ground, last.misfits, i, c);

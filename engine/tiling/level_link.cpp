@@ -10,6 +10,7 @@
 #include "engine/terrain/level_links.h"
 #include "engine/tiling/level_passes.h"
 #include "engine/tiling/level_points.h"
+#include "engine/tiling/level_nodes.h"
 #include "engine/tiling/merged_components.h"
 
 namespace btms {
@@ -339,27 +340,73 @@ class Verdicts {
 
 }  // namespace
 
-ComponentCounts judge_level(const PassContext& context, const LevelRegions& regions, const LevelRules& rules,
-                            TileFields<LevelNode>& nodes) {
-  const auto& tiles = context.table.tiles();
-  TileFields<NodeKey> ids(context.pager, tiles.size());
-  Paged<TileLinks> tile_links(context.pager, tiles.size());
-  const PassagesByTile passed(context.trajectory, context.table);
-  context.for_each_tile("link", {reads(nodes), writes(ids), writes(tile_links)}, [&](std::size_t i, int) {
-    ids[i] = TileField<NodeKey>(nodes[i].interior(), nodes[i].halo());  // the same offsets
-    link_tile(nodes[i], regions[i], rules, passed.of(i), ids[i], tile_links[i]);
-  });
-  exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks);
+namespace {
 
-  Paged<TileRims> rims(context.pager, tiles.size());
-  context.for_each_tile("rim", {reads(nodes), reads(ids), writes(tile_links), writes(rims)}, [&](std::size_t i, int) {
-    const std::span<const NodeKey> id = std::as_const(ids[i]).values();
-    for (const auto& [a, b] : tile_links[i].links) rims[i].pairs.push_back({id[a], id[b]});
-    sort_unique(rims[i].pairs);
-    rims[i].edges = rim_edges(nodes[i], regions[i], tile_links[i].edges, ids[i]);
-    rims[i].components = std::move(tile_links[i].components);
-    tile_links[i] = {};
-  });
+// A tile's part in the verdicts as the records have it.
+void recall_rims(const Records& records, int round, const Tile& tile, TileRims& rims) {
+  records.recall(record_number(round, Step::kRims), tile.id, tile.box, rims.components, rims.pairs, rims.edges);
+}
+
+// The components of a tile with their verdicts, ascending by id.
+struct KnownVerdicts {
+  std::vector<NodeKey> ids;
+  std::vector<std::uint8_t> rejected;
+};
+
+}  // namespace
+
+Judgement judge_level(const PassContext& context, const LevelRegions& regions, const LevelRules& rules,
+                      const Records& records, int round, const Changes& fitted, LevelNodes& level) {
+  const auto& tiles = context.table.tiles();
+  const std::size_t n = tiles.size();
+  TileFields<LevelNode>& nodes = level.fields;
+  // A component is called by its smallest node in a tile: where nodes have changed, the neighbours call it by other
+  // names too, and all of theirs are needed.
+  TileSet rim_tiles = within(context.table, within(context.table, fitted, 0), kLinkHalo);
+  add(rim_tiles, within(context.table, fitted, kLinkHalo));  // beside tiles that are gone
+  const TileSet link_tiles = within(context.table, rim_tiles, kLinkHalo);
+  level.need(link_tiles);
+  exchange_halo(context.table, nodes, kLinkHalo, context.threads, context.ranks, &rim_tiles);
+
+  TileFields<NodeKey> ids(context.pager, n);
+  Paged<TileLinks> tile_links(context.pager, n);
+  const PassagesByTile passed(context.trajectory, context.table);
+  const auto link = [&](const TileSet& set) {
+    context.on(set).for_each_tile("link", {reads(nodes), writes(ids), writes(tile_links)}, [&](std::size_t i, int) {
+      ids[i] = TileField<NodeKey>(nodes[i].interior(), nodes[i].halo());  // the same offsets
+      link_tile(nodes[i], regions[i], rules, passed.of(i), ids[i], tile_links[i]);
+    });
+  };
+  link(link_tiles);
+  exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks, &rim_tiles);
+
+  Paged<TileRims> rims(context.pager, n);
+  std::vector<KnownVerdicts> known(n);
+  context.on(rim_tiles).for_each_tile(
+      "rim", {reads(nodes), reads(ids), writes(tile_links), writes(rims)}, [&](std::size_t i, int) {
+        const std::span<const NodeKey> id = std::as_const(ids[i]).values();
+        for (const auto& [a, b] : tile_links[i].links) rims[i].pairs.push_back({id[a], id[b]});
+        sort_unique(rims[i].pairs);
+        rims[i].edges = rim_edges(nodes[i], regions[i], tile_links[i].edges, ids[i]);
+        rims[i].components = std::move(tile_links[i].components);
+        tile_links[i] = {};
+        if (!records.keep()) return;
+        records.save(record_number(round, Step::kRims), tiles[i].id, tiles[i].box, rims[i].components, rims[i].pairs,
+                     rims[i].edges);
+        for (const Component& c : rims[i].components) known[i].ids.push_back(c.id);
+        std::sort(known[i].ids.begin(), known[i].ids.end());
+      });
+  records.finish(record_number(round, Step::kRims));
+  if (records.follow()) {
+    TileSet others(n);
+    for (std::size_t i = 0; i < n; ++i) others[i] = !rim_tiles[i];
+    context.on(others).for_each_tile("recall", {writes(rims)}, [&](std::size_t i, int) {
+      recall_rims(records, round, tiles[i], rims[i]);
+      std::vector<std::uint8_t> of_nodes;
+      records.recall(record_number(round, Step::kVerdicts), tiles[i].id, tiles[i].box, known[i].ids,
+                     known[i].rejected, of_nodes);
+    });
+  }
 
   // What is gathered, and the sums that are made of it.
   const Pager::Claim claim(context.pager,
@@ -367,19 +414,56 @@ ComponentCounts judge_level(const PassContext& context, const LevelRegions& regi
   const Verdicts verdicts(gather_all(context.ranks, rims, &TileRims::components),
                           gather_all(context.ranks, rims, &TileRims::pairs),
                           gather_all(context.ranks, rims, &TileRims::edges), rules);
-  context.for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
+
+  // Far from all changes a verdict may be another one now.
+  Changes far(n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; context.owns(i) && !rim_tiles[i] && k < known[i].ids.size(); ++k)
+      if (verdicts.is_rejected(known[i].ids[k]) != (known[i].rejected[k] != 0)) far.boxes[i] = tiles[i].box;
+  far.share(context.ranks);
+  TileSet judged = rim_tiles, unlinked = within(context.table, far, 0);
+  add(judged, unlinked);
+  for (std::size_t i = 0; i < n; ++i) unlinked[i] = unlinked[i] && !link_tiles[i];
+  level.need(unlinked);
+  link(unlinked);
+
+  Changes overturned(n);
+  context.on(judged).for_each_tile("verdict", {writes(nodes), reads(ids)}, [&](std::size_t i, int) {
     NodeKey asked = kNoComponent;  // neighbours mostly belong together
     bool rejected = false;
-    regions[i].for_each_node([&](NodeId n) {
-      const NodeKey id = ids[i].cell(n.cell)[n.triangle];
+    const auto judge = [&](NodeKey id, LevelNode& node) {
       if (id != asked) {
         asked = id;
         rejected = id != kNoComponent && verdicts.is_rejected(id);
       }
-      if (rejected) nodes[i].cell(n.cell)[n.triangle].level_class = LevelClass::kRejected;
+      if (rejected) node.level_class = LevelClass::kRejected;
+      return rejected;
+    };
+    if (!records.keep()) {
+      regions[i].for_each_node([&](NodeId node) {
+        judge(ids[i].cell(node.cell)[node.triangle], nodes[i].cell(node.cell)[node.triangle]);
+      });
+      return;
+    }
+    std::vector<std::uint8_t> of_nodes(static_cast<std::size_t>(tiles[i].box.cells()) * kTriangles);
+    for_each_inner(nodes[i], [&](std::size_t at, std::size_t k, Cell c) {
+      for (std::size_t t = 0; t < kTriangles; ++t) {
+        of_nodes[k + t] = judge(std::as_const(ids[i]).values()[at + t], nodes[i].values()[at + t]);
+        if (level.was_rejected(i, k + t) != of_nodes[k + t])
+          overturned.boxes[i] = overturned.boxes[i].hull({c.col, c.row, c.col + 1, c.row + 1});
+      }
     });
+    known[i].rejected.clear();
+    for (const NodeKey id : known[i].ids) known[i].rejected.push_back(verdicts.is_rejected(id));
+    records.save(record_number(round, Step::kVerdicts), tiles[i].id, tiles[i].box, known[i].ids, known[i].rejected,
+                 of_nodes);
   });
-  return verdicts.counts();
+  records.finish(record_number(round, Step::kVerdicts));
+  level.judged(judged);
+  overturned.share(context.ranks);
+  Judgement out{verdicts.counts(), records.keep() ? fitted : Changes::everywhere(context.table), overturned};
+  out.changes.add(overturned);
+  return out;
 }
 
 }  // namespace btms

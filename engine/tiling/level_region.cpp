@@ -73,7 +73,7 @@ std::vector<LevelRegions> under_points(const TileTable& coarsest, const OrderedP
   };
   int level = static_cast<int>(rounds.size()) - 1;
   SquareMask needed(box_of(level));
-  points.for_each_bin("region", threads, progress, [&](std::size_t, BinId id, const OrderedPoints::Bin& bin, int) {
+  points.for_each_bin("region", threads, progress, nullptr, [&](std::size_t, BinId id, const OrderedPoints::Bin& bin, int) {
     for_each_square(bin, cells_of(id, level), [&](Cell c, const SquarePoints&) { needed.at(c.col, c.row) = 1; });
   });
   std::vector<LevelRegions> out(rounds.size());

@@ -6,8 +6,6 @@
 namespace btms {
 namespace {
 
-constexpr std::int32_t kScatterHalo = 1;
-
 ScatterFields scatter_fields(const PassContext& context, const TileTable& coarsest) {
   ScatterFields fields(context.pager, coarsest.tiles().size());
   context.for_each_tile("misfit", {writes(fields)}, [&](std::size_t i, int) {
@@ -27,12 +25,49 @@ BTMS_WIDE GroundScatter scatter_below(const NodePoints& points, const PriorPlane
   return out;
 }
 
+// What hasn't been measured is as recorded.
+Measured settle(const PassContext& context, const TileTable& coarsest, ScatterFields&& fields,
+                const Measuring& measuring) {
+  const auto& tiles = coarsest.tiles();
+  Measured out{std::move(fields), Changes(tiles.size())};
+  context.for_each_tile("misfit", {writes(out.fields)}, [&](std::size_t i, int) {
+    const Tile& tile = tiles[i];
+    TileField<GroundScatter>& field = out.fields[i];
+    std::vector<GroundScatter> kept;
+    if (!measuring.anew[i]) {
+      measuring.records.recall(measuring.number, tile.id, tile.box, kept);
+      kept.resize(static_cast<std::size_t>(tile.box.cells()));
+      std::size_t k = 0;
+      for_each_cell(tile.box, [&](Cell c) { *field.cell(c) = kept[k++]; });
+      return;
+    }
+    if (!measuring.records.keep()) return;
+    const std::vector<GroundScatter> now = cells_of(field);
+    const bool known = measuring.records.follow() &&
+                       measuring.records.load(measuring.number, tile.id, tile.box, kept) && kept.size() == now.size();
+    std::size_t k = 0;
+    for_each_cell(tile.box, [&](Cell c) {
+      if (!known || kept[k].squares_mm2 != now[k].squares_mm2 || kept[k].count != now[k].count)
+        out.changes.boxes[i] = out.changes.boxes[i].hull({c.col, c.row, c.col + 1, c.row + 1});
+      ++k;
+    });
+    if (!out.changes.boxes[i].empty()) measuring.records.save(measuring.number, tile.id, tile.box, now);
+  });
+  if (count(measuring.anew) > 0) measuring.records.finish(measuring.number);
+  if (measuring.records.keep())
+    out.changes.share(context.ranks);
+  else
+    out.changes = Changes::everywhere(coarsest);
+  exchange_halo(coarsest, out.fields, kScatterHalo, context.threads, context.ranks);
+  return out;
+}
+
 }  // namespace
 
-ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
-                             const OrderedPoints& points, const Surfaces& surfaces) {
+Measured measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
+                        const OrderedPoints& points, const Surfaces& surfaces, const Measuring& measuring) {
   ScatterFields fields = scatter_fields(context, coarsest);
-  points.for_each_bin("spread", context.threads, context.progress,
+  points.for_each_bin("spread", context.threads, context.progress, &measuring.anew,
                       [&](std::size_t i, BinId id, const OrderedPoints::Bin& bin, int) {
                         const InUse tile({reads(surfaces), writes(fields)}, i);
                         GroundScatter& here = *fields[i].cell({id.bx, id.by});
@@ -42,21 +77,25 @@ ScatterFields measure_ground(const PassContext& context, const TileTable& coarse
                               here += scatter_below(square[t], surfaces[i].plane_of({c, t}));
                         });
                       });
-  exchange_halo(coarsest, fields, kScatterHalo, context.threads, context.ranks);
-  return fields;
+  return settle(context, coarsest, std::move(fields), measuring);
 }
 
-ScatterFields measure_misfit(const PassContext& context, const TileTable& coarsest, int refinements,
-                             const TileFields<LevelNode>& nodes) {
+Measured measure_misfit(const PassContext& context, const TileTable& coarsest, int refinements,
+                        const TileFields<LevelNode>& nodes, const Measuring& measuring) {
   ScatterFields fields = scatter_fields(context, coarsest);
-  context.for_each_tile("misfit", {reads(nodes), writes(fields)}, [&](std::size_t i, int) {
+  context.on(measuring.anew).for_each_tile("misfit", {reads(nodes), writes(fields)}, [&](std::size_t i, int) {
     for_each_node(nodes[i].interior(), [&](NodeId n) {
       const LevelNode& node = nodes[i].cell(n.cell)[n.triangle];
       if (node.has_plane()) fields[i].cell(coarsest_cell(n.cell, refinements))->add(node.above_prior_mm);
     });
   });
-  exchange_halo(coarsest, fields, kScatterHalo, context.threads, context.ranks);
-  return fields;
+  return settle(context, coarsest, std::move(fields), measuring);
+}
+
+std::vector<GroundScatter> cells_of(const TileField<GroundScatter>& scatter) {
+  std::vector<GroundScatter> out;
+  for_each_cell(scatter.interior(), [&](Cell c) { out.push_back(*scatter.cell(c)); });
+  return out;
 }
 
 GroundScatter around(const TileField<GroundScatter>& scatter, Cell c) {

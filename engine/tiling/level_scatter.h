@@ -9,11 +9,13 @@
 #include "engine/tiling/level_surface.h"
 #include "engine/tiling/ordered_points.h"
 #include "engine/tiling/passes.h"
+#include "engine/tiling/records.h"
 
 namespace btms {
 
 // One value a cell of the coarsest level, in triangle 0 (a bin is such a cell); one ring of halo.
 using ScatterFields = TileFields<GroundScatter>;
+inline constexpr std::int32_t kScatterHalo = 1;
 
 // The cell of the coarsest level, `refinements` levels up.
 constexpr Cell coarsest_cell(Cell c, int refinements) {
@@ -21,13 +23,27 @@ constexpr Cell coarsest_cell(Cell c, int refinements) {
           static_cast<std::int32_t>(floor_div(c.row, 1 << refinements))};
 }
 
-// Points below the surface. Collective, halos filled.
-ScatterFields measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
-                             const OrderedPoints& points, const Surfaces& surfaces);
+struct Measured {
+  ScatterFields fields;  // halos filled
+  Changes changes;       // cells of the coarsest level that measure otherwise than the record
+};
+// Where what is measured is kept, and the tiles where it has to be measured anew: the others have what is recorded.
+struct Measuring {
+  const Records& records;
+  int number;
+  const TileSet& anew;
+};
 
-// Fitted nodes against the prior they had. Collective, halos filled.
-ScatterFields measure_misfit(const PassContext& context, const TileTable& coarsest, int refinements,
-                             const TileFields<LevelNode>& nodes);
+// Points below the surface. Collective.
+Measured measure_ground(const PassContext& context, const TileTable& coarsest, int refinements,
+                        const OrderedPoints& points, const Surfaces& surfaces, const Measuring& measuring);
+
+// Fitted nodes against the prior they had. Collective.
+Measured measure_misfit(const PassContext& context, const TileTable& coarsest, int refinements,
+                        const TileFields<LevelNode>& nodes, const Measuring& measuring);
+
+// The values of the interior, row by row.
+std::vector<GroundScatter> cells_of(const TileField<GroundScatter>& scatter);
 
 // The sum over a cell and its ring.
 GroundScatter around(const TileField<GroundScatter>& scatter, Cell coarsest);

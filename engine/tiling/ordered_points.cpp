@@ -98,7 +98,7 @@ OrderedPoints::OrderedPoints(PointBins&& from, const BinGrid& finest, const Tile
   };
   std::vector<Scratch> scratch(static_cast<std::size_t>(threads.count()));
   const LowestFinder find_lowest(order_, finest);
-  visit("sort", threads, progress, [&](std::size_t i, int worker) {
+  visit("sort", threads, progress, nullptr, [&](std::size_t i, int worker) {
     Scratch& s = scratch[static_cast<std::size_t>(worker)];
     from.take(places_[i].bin, s.points, [&](const PointBins::Bin& bin) { s.sort.sort(bin, finest); });
     const auto to = bins_.edit(i);
@@ -107,25 +107,30 @@ OrderedPoints::OrderedPoints(PointBins&& from, const BinGrid& finest, const Tile
   });
 }
 
-void OrderedPoints::for_each_bin(const char* phase, const Threads& threads, Progress& progress, const BinFn& fn) const {
-  visit(phase, threads, progress,
+void OrderedPoints::for_each_bin(const char* phase, const Threads& threads, Progress& progress, const TileSet* only,
+                                 const BinFn& fn) const {
+  visit(phase, threads, progress, only,
         [&](std::size_t i, int worker) { fn(places_[i].tile, places_[i].id, *bins_.view(i), worker); });
 }
 
-void OrderedPoints::for_each_lowest(const char* phase, const Threads& threads, Progress& progress,
+void OrderedPoints::for_each_lowest(const char* phase, const Threads& threads, Progress& progress, const TileSet* only,
                                     const LowestFn& fn) const {
-  visit(phase, threads, progress,
+  visit(phase, threads, progress, only,
         [&](std::size_t i, int worker) { fn(places_[i].tile, places_[i].id, *lowest_.view(i), worker); });
 }
 
 // Every other time from the end: what was used last is in memory still.
-void OrderedPoints::visit(const char* phase, const Threads& threads, Progress& progress,
+void OrderedPoints::visit(const char* phase, const Threads& threads, Progress& progress, const TileSet* only,
                           const std::function<void(std::size_t, int)>& fn) const {
   const bool backwards = pager_->limited() && pager_->turn();
-  progress.begin(phase, points_, "points");
-  threads.for_each(places_.size(), [&](std::size_t k, int worker) {
+  std::vector<std::size_t> asked;
+  std::uint64_t points = 0;
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    if (!only || (*only)[places_[i].tile]) asked.push_back(i), points += places_[i].points;
+  progress.begin(phase, points, "points");
+  threads.for_each(asked.size(), [&](std::size_t k, int worker) {
     if (progress.stop_requested()) throw Error(ErrorCode::kCancelled, std::string("stopped in ") + phase);
-    const std::size_t i = backwards ? places_.size() - 1 - k : k;
+    const std::size_t i = asked[backwards ? asked.size() - 1 - k : k];
     fn(i, worker);
     progress.advance(places_[i].points);
   });

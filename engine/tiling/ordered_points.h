@@ -13,6 +13,7 @@
 #include "engine/terrain/node_model.h"
 #include "engine/tiling/paged.h"
 #include "engine/tiling/point_bins.h"
+#include "engine/tiling/tile_changes.h"
 #include "engine/tiling/tile_table.h"
 
 namespace btms {
@@ -54,11 +55,13 @@ class OrderedPoints {
   const NodeOrder& order() const { return order_; }
   std::uint64_t points() const { return points_; }
 
-  // Calls fn(tile, position of the bin, points, worker) for every bin with points.
+  // Calls fn(tile, position of the bin, points, worker) for every bin with points. `only`: those of these tiles.
   using BinFn = std::function<void(std::size_t, BinId, const Bin&, int)>;
   using LowestFn = std::function<void(std::size_t, BinId, const Lowest&, int)>;
-  void for_each_bin(const char* phase, const Threads& threads, Progress& progress, const BinFn& fn) const;
-  void for_each_lowest(const char* phase, const Threads& threads, Progress& progress, const LowestFn& fn) const;
+  void for_each_bin(const char* phase, const Threads& threads, Progress& progress, const TileSet* only,
+                    const BinFn& fn) const;
+  void for_each_lowest(const char* phase, const Threads& threads, Progress& progress, const TileSet* only,
+                       const LowestFn& fn) const;
 
  private:
   struct Place {
@@ -67,7 +70,7 @@ class OrderedPoints {
     std::uint32_t bin;  // in the PointBins
     std::uint64_t points;
   };
-  void visit(const char* phase, const Threads& threads, Progress& progress,
+  void visit(const char* phase, const Threads& threads, Progress& progress, const TileSet* only,
              const std::function<void(std::size_t, int)>& fn) const;
 
   Pager* pager_;

@@ -24,6 +24,7 @@
 #include "engine/tiling/ordered_points.h"
 #include "engine/tiling/point_bins.h"
 #include "engine/tiling/progress.h"
+#include "engine/tiling/tile_changes.h"
 #include "engine/tiling/tile_field.h"
 #include "engine/tiling/trajectory.h"
 
@@ -31,6 +32,8 @@ namespace btms {
 
 using NodeFields = TileFields<Node>;
 using FinishedTiles = Paged<TerrainTile>;  // one a tile of the table, empty where another rank's
+class FinalTiles;                          // finished_tiles.h
+class Records;                             // records.h
 
 // What every pass works with.
 struct PassContext {
@@ -41,9 +44,14 @@ struct PassContext {
   Pager& pager;
   Progress& progress;
   const std::vector<TrajectoryPoint>& trajectory;
+  const TileSet* only = nullptr;  // the tiles to work on; nullptr: all
 
+  // The same, for some tiles only; they outlive it.
+  PassContext on(const TileSet& tiles) const {
+    return {parameters, table, threads, ranks, pager, progress, trajectory, &tiles};
+  }
   bool owns(std::size_t tile) const { return table.tiles()[tile].owner == ranks.rank(); }
-  // Runs body(tile index, worker) on every tile of this rank, with the tile's elements of `uses` in memory; stops when
+  // Runs body(tile index, worker) on every tile of this rank that is to be worked on, with the tile's elements of `uses` in memory; stops when
   // progress says so.
   void for_each_tile(const char* phase, const std::vector<Use>& uses,
                      const std::function<void(std::size_t, int)>& body) const;
@@ -71,20 +79,21 @@ FinishedTiles fit_pass(const PassContext& context, const NodeFields& nodes);
 
 // What the points say about the space over the finished surface: roughness, clearance and further surfaces
 // (terrain/above.h). Collective; coarse to fine only: maps of the fixed method have none of these.
-void above_pass(const PassContext& context, const OrderedPoints& points, FinishedTiles& tiles);
+void above_pass(const PassContext& context, const OrderedPoints& points, const Records& records, FinalTiles& tiles);
 
 inline constexpr std::int32_t kStepHalo = 1;  // neighbours share a corner
 // Step and cost on the finished surfaces, from their corners, roughness and clearance (0 and kNothingAbove where
 // nothing is known). Collective. Needs kStepHalo rings of corners and Vehicle::rings() of costs, and fetches them.
-void layer_pass(const PassContext& context, FinishedTiles& finished);
+void layer_pass(const PassContext& context, FinalTiles& finished);
 
 struct CommitSummary {
   Digest digest;
-  std::uint64_t tiles = 0, observed = 0, predicted = 0, obstacle = 0, filled = 0, unknown = 0;
+  std::uint64_t tiles = 0, renewed = 0, observed = 0, predicted = 0, obstacle = 0, filled = 0, unknown = 0;
   std::uint64_t nodes() const { return observed + predicted + obstacle + filled + unknown; }
   CommitSummary& operator+=(const CommitSummary& o);
 };
-// Finished tiles that hold anything go into the sink. Sums over this rank's tiles.
-CommitSummary commit_pass(const PassContext& context, FinishedTiles&& finished, TileSink& sink);
+// Finished tiles that hold anything go into the sink; those that are as in the map before are kept as they are there.
+// Sums over this rank's tiles.
+CommitSummary commit_pass(const PassContext& context, FinalTiles&& finished, TileSink& sink);
 
 }  // namespace btms

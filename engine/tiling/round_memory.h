@@ -1,5 +1,5 @@
-// What a build remembers of itself: per round of the coarse-to-fine method and per tile, the bytes that a later run needs
-// to go on from there, or to recompute only what has changed. io/store keeps them in the map's folder.
+// What a build remembers of itself: per tile and step of the coarse-to-fine method, what a later run needs to take it up
+// there, or to recompute only what has changed since. io/store keeps it in the map's folder.
 #pragma once
 
 #include <cstdint>
@@ -10,20 +10,29 @@
 
 namespace btms {
 
-// Rounds count from 0 over all levels; records are opaque. load() and save() are thread-safe. A damaged record is one
-// that is not there.
+// Records are opaque and numbered: what number stands for which step is build.h's affair. load() and save() are
+// thread-safe. A damaged record is one that is not there.
 class RoundMemory {
  public:
   virtual ~RoundMemory() = default;
-  // The rounds whose records were all saved by a run that was interrupted: it can be taken up after them. 0: afresh.
-  virtual int rounds_done() const = 0;
-  // What the newest run that finished the round has saved for the tile.
-  virtual std::optional<std::vector<std::uint8_t>> load(int round, TileId tile) const = 0;
-  // Keeps a record of this run; each tile at most once a round. A tile that isn't saved keeps what it had. Throws
+  // Whether the map that is there was made by a finished build that kept its records: what follows it recomputes only
+  // what has changed.
+  virtual bool follows() const = 0;
+  // Whether an interrupted build, which this one takes up, had saved all its records of this number. Always false of a
+  // build that follows a finished one.
+  virtual bool interrupted_after(int number) const = 0;
+  // Whether all records are to be kept for later runs (else only those that an interrupted build is taken up from).
+  virtual bool keeps_all() const = 0;
+  // Whether it is time to save those that a build is taken up from.
+  virtual bool time_to_save() const = 0;
+  // All tiles of which the finished build has a record of this number.
+  virtual std::vector<TileId> tiles(int number) const = 0;
+  virtual std::optional<std::vector<std::uint8_t>> load(int number, TileId tile) const = 0;
+  // Keeps a record; each tile at most once per number. A tile that isn't saved keeps the record it had. Throws
   // Error(kFailed).
-  virtual void save(int round, TileId tile, std::vector<std::uint8_t>&& record) = 0;
-  // All records of this rank for the round are saved.
-  virtual void finish_round(int round) = 0;
+  virtual void save(int number, TileId tile, std::vector<std::uint8_t>&& record) = 0;
+  // All records of this rank with this number are saved.
+  virtual void finish(int number) = 0;
 };
 
 }  // namespace btms

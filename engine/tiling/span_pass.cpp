@@ -8,11 +8,13 @@
 
 namespace btms {
 
-SpanGrounds span_pass(const PassContext& context, const LevelRules& rules, TileFields<LevelNode>& nodes) {
+SpanGrounds span_pass(const PassContext& context, const LevelRules& rules, const TileSet& wanted,
+                      TileFields<LevelNode>& nodes) {
   const auto& tiles = context.table.tiles();
   const SpanRules span(rules.p(), rules.r_mm());
   TileFields<std::int32_t> heights(context.pager, tiles.size());
-  context.for_each_tile("heights", {reads(nodes), writes(heights)}, [&](std::size_t i, int) {
+  const TileSet seen = within(context.table, wanted, span.halo());
+  context.on(seen).for_each_tile("heights", {reads(nodes), writes(heights)}, [&](std::size_t i, int) {
     heights[i] = TileField<std::int32_t>(tiles[i].box, span.halo());
     std::fill(heights[i].values().begin(), heights[i].values().end(), kUnknownHeight_mm);
     const CellBox& box = tiles[i].box;
@@ -22,10 +24,10 @@ SpanGrounds span_pass(const PassContext& context, const LevelRules& rules, TileF
           if (const LevelNode& node = nodes[i].cell({col, row})[t]; node.has_plane())
             heights[i].cell({col, row})[t] = node.mean_z_mm;
   });
-  exchange_halo(context.table, heights, span.halo(), context.threads, context.ranks);
+  exchange_halo(context.table, heights, span.halo(), context.threads, context.ranks, &wanted);
 
   SpanGrounds grounds(context.pager, tiles.size());
-  context.for_each_tile("span", {writes(nodes), writes(heights), writes(grounds)}, [&](std::size_t i, int) {
+  context.on(wanted).for_each_tile("span", {writes(nodes), writes(heights), writes(grounds)}, [&](std::size_t i, int) {
     const CellBox &held = heights[i].held(), &box = tiles[i].box;
     std::vector<SquareHeights> squares(static_cast<std::size_t>(held.cells()));
     const std::span<const std::int32_t> height = std::as_const(heights[i]).values();

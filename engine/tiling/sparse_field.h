@@ -10,6 +10,7 @@
 
 #include "engine/tiling/executor.h"
 #include "engine/tiling/paged.h"
+#include "engine/tiling/tile_changes.h"
 #include "engine/tiling/tile_table.h"
 
 namespace btms {
@@ -95,15 +96,16 @@ template <class T>
 using SparseFields = Paged<SparseField<T>>;
 
 // Fills the innermost `rings` rings of every halo with copies of the neighbours' interiors; what a halo held before is
-// forgotten. Collective.
+// forgotten. `only`: of these tiles, the same on every rank. Collective.
 template <class T>
 void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t rings, const Threads& threads,
-                   Ranks& ranks) {
+                   Ranks& ranks, const TileSet* only = nullptr) {
   const auto& tiles = table.tiles();
   const auto mine = [&](std::size_t i) { return tiles[i].owner == ranks.rank(); };
+  const auto wanted = [&](std::size_t i) { return !only || (*only)[i]; };
   Paged<std::vector<T>> filled(fields.pager(), tiles.size());
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
-    if (!mine(i)) return;
+    if (!mine(i) || !wanted(i)) return;
     const auto to = filled.edit(i);
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& part) {
       if (j != i && mine(j)) fields.view(j)->append(part, *to);
@@ -117,7 +119,7 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
     std::vector<Bytes> out(static_cast<std::size_t>(ranks.size()));
     std::vector<T> strip;
     for (std::size_t i = 0; i < tiles.size(); ++i) {
-      if (mine(i)) continue;
+      if (mine(i) || !wanted(i)) continue;
       strip.clear();
       table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& part) {
         if (mine(j)) fields.view(j)->append(part, strip);
@@ -137,7 +139,7 @@ void exchange_halo(const TileTable& table, SparseFields<T>& fields, std::int32_t
       }
   }
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
-    if (!mine(i)) return;
+    if (!mine(i) || !wanted(i)) return;
     fields.edit(i)->assign_halo(*filled.edit(i));
     filled.drop(i);
   });

@@ -11,6 +11,7 @@
 
 #include "engine/tiling/executor.h"
 #include "engine/tiling/paged.h"
+#include "engine/tiling/tile_changes.h"
 #include "engine/tiling/tile_table.h"
 
 namespace btms {
@@ -107,15 +108,17 @@ void unpack_strips(const std::vector<Bytes>& in, TileFields<T>& fields) {
     }
 }
 
-// Fills the innermost `rings` rings of every halo with copies of the neighbours' interiors. Collective.
+// Fills the innermost `rings` rings of every halo with copies of the neighbours' interiors. `only`: of these tiles, the
+// same on every rank; their neighbours have values. Collective.
 template <class T>
 void exchange_halo(const TileTable& table, TileFields<T>& fields, std::int32_t rings, const Threads& threads,
-                   Ranks& ranks) {
+                   Ranks& ranks, const TileSet* only = nullptr) {
   const auto& tiles = table.tiles();
   const auto mine = [&](std::size_t i) { return tiles[i].owner == ranks.rank(); };
+  const auto wanted = [&](std::size_t i) { return !only || (*only)[i]; };
 
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
-    if (!mine(i)) return;
+    if (!mine(i) || !wanted(i)) return;
     const auto to = fields.edit(i);
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& strip) {
       if (j != i && mine(j)) to->copy_box(strip, *fields.view(j));
@@ -125,7 +128,7 @@ void exchange_halo(const TileTable& table, TileFields<T>& fields, std::int32_t r
 
   std::vector<Bytes> out(static_cast<std::size_t>(ranks.size()));
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    if (mine(i)) continue;
+    if (mine(i) || !wanted(i)) continue;
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& strip) {
       if (!mine(j)) return;
       pack_strip(i, strip, *fields.view(j), out[static_cast<std::size_t>(tiles[i].owner)]);

@@ -1,0 +1,14 @@
+// Where the points are not those of the build before.
+#pragma once
+
+#include "engine/tiling/ordered_points.h"
+#include "engine/tiling/passes.h"
+#include "engine/tiling/records.h"
+
+namespace btms {
+
+// Cells of the coarsest level, all where nothing is known; keeps what the points are now. Compares sets: neither the
+// order of the points nor the files they come in matter. Collective; `context` is of the coarsest level.
+Changes touched_cells(const PassContext& context, const OrderedPoints& points, const Records& records);
+
+}  // namespace btms
