@@ -58,6 +58,27 @@ LevelRegions wanted_parts(const TileTable& table, const LevelRegions& regions, c
   return out;
 }
 
+// The cells with nodes that draw on changed ones when they are completed.
+Changes drawn_on(const PassContext& context, const LevelRules& rules, const Changes& changes, LevelNodes& nodes) {
+  const TileTable& table = context.table;
+  const Changes reached = changes.grown(rules.completion_halo());
+  std::vector<std::vector<CellBox>> parts(table.tiles().size());
+  for (const auto* boxes : {&reached.boxes, &reached.gone})
+    for (const CellBox& box : *boxes)
+      table.for_each_overlap(box, [&](std::size_t i, const CellBox& part) { parts[i].push_back(part); });
+  nodes.need(within(table, reached, 0));
+  Changes out(parts.size());
+  context.for_each_tile("compare", {reads(nodes.fields)}, [&](std::size_t i, int) {
+    for (const CellBox& part : parts[i])
+      for_each_node(part, [&](NodeId n) {
+        if (wants_neighbours(nodes.fields[i].cell(n.cell)[n.triangle], rules))
+          out.boxes[i] = out.boxes[i].hull({n.cell.col, n.cell.row, n.cell.col + 1, n.cell.row + 1});
+      });
+  });
+  out.share(context.ranks);
+  return out;
+}
+
 // What an interrupted build is taken up from, when it is time.
 void checkpoint(const PassContext& context, const TileTable& coarsest, const Records& records,
                 const RoundSurfaces& surfaces, const std::vector<ScatterFields>& misfits) {
@@ -195,15 +216,15 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
       const bool spans = last && !first && finishes && rules.p().span_width_m > 0;
       const std::int32_t span_halo = spans ? SpanRules(rules.p(), rules.r_mm()).halo() : 0;
       const std::int32_t reach = rules.completion_halo() + kFitHalo + span_halo;
-      TileSet wanted = within(table, judgement.changes, reach);
-      add(wanted, within(table, inputs, kFitHalo));
+      Changes completed_anew = inputs;
+      completed_anew.add(judgement.changes.grown(span_halo));
+      if (records.follow()) completed_anew.add(drawn_on(context, rules, judgement.changes.grown(span_halo), nodes));
+      TileSet wanted = within(table, completed_anew, kFitHalo);
       built.bound.add(judgement.overturned);
       built.bound = built.bound.grown(reach);
       if (finishes) {
         // What is finished also tells how the ground scatters, and how far levels were from each other, around it.
-        Changes all = judgement.changes;
-        all.add(inputs);
-        all = all.grown(reach).coarser(level);
+        Changes all = completed_anew.grown(kFitHalo).coarser(level);
         all.add(misfit_changes);
         add(wanted, within(in.coarsest, all, 2 * kScatterHalo));
         built.bound = built.bound.grown(2 * kScatterHalo << level);

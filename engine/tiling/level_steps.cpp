@@ -97,14 +97,16 @@ void bound_domain(const PassContext& context, LevelFields& nodes) {
   });
 }
 
+bool wants_neighbours(const LevelNode& n, const LevelRules& rules) {
+  return n.level_class != LevelClass::kOutside && n.level_class != LevelClass::kSpan && !n.has_plane() &&
+         (n.count > 0 || rules.completes_empty());
+}
+
 void complete_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior,
                     const LevelRegions& regions, bool by_lattice, const LevelFields& nodes, LevelFields& completed) {
   const auto& tiles = context.table.tiles();
   std::vector<CompleteScratch> scratch(static_cast<std::size_t>(context.threads.count()));
-  const auto wants = [&](const LevelNode& n) {
-    return n.level_class != LevelClass::kOutside && n.level_class != LevelClass::kSpan && !n.has_plane() &&
-           (n.count > 0 || rules.completes_empty());
-  };
+  const auto wants = [&](const LevelNode& n) { return wants_neighbours(n, rules); };
   context.for_each_tile(
       "complete", {prior.use(), prior.spans ? reads(*prior.spans) : Use{}, reads(nodes), writes(completed)},
       [&](std::size_t i, int worker) {

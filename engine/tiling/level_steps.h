@@ -44,6 +44,9 @@ void classify_level(const PassContext& context, const LevelRules& rules, const P
 // First level: what lies further from any point than kDomainRings is not part of the map. Needs kDomainRings rings.
 void bound_domain(const PassContext& context, LevelFields& nodes);
 
+// Whether a node is completed from those around it, as far as completion_halo() rings.
+bool wants_neighbours(const LevelNode& node, const LevelRules& rules);
+
 // Step 7: fills `completed` (interior and one ring) from `nodes` and completion_halo() rings.
 void complete_level(const PassContext& context, const LevelRules& rules, const PriorSource& prior,
                     const LevelRegions& regions, bool by_lattice, const LevelFields& nodes, LevelFields& completed);

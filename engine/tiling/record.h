@@ -16,8 +16,9 @@ std::vector<std::uint8_t> pack_record(const CellBox& box, const std::vector<T>&.
   static_assert((std::is_trivially_copyable_v<T> && ...));
   std::vector<std::uint8_t> out;
   const auto put = [&](const void* from, std::size_t bytes) {
-    const auto* raw = static_cast<const std::uint8_t*>(from);
-    out.insert(out.end(), raw, raw + bytes);
+    const std::size_t at = out.size();
+    out.resize(at + bytes);
+    std::memcpy(out.data() + at, from, bytes);
   };
   put(&box, sizeof box);
   const auto put_list = [&](const auto& list) {
