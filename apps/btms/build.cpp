@@ -8,9 +8,11 @@
 
 #include "apps/btms/build_report.h"
 #include "apps/btms/command.h"
+#include "apps/btms/continuation.h"
 #include "apps/btms/dry_run.h"
 #include "apps/btms/inputs.h"
 #include "apps/btms/memory_option.h"
+#include "apps/btms/open_map.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/parameter_options.h"
 #include "apps/btms/reference_system.h"
@@ -20,7 +22,9 @@
 #include "engine/model/surface.h"
 #include "io/export/relief.h"
 #include "io/points/trajectory.h"
+#include "io/store/journal.h"
 #include "io/store/map_store.h"
+#include "io/store/round_files.h"
 
 namespace btms {
 namespace {
@@ -36,6 +40,8 @@ struct BuildCommand {
   std::string tile_cells = "auto", executor = "tbb", neighbours = "nanoflann";
   std::uint64_t max_nodes = BuildOptions{}.max_nodes;
   bool dry_run = false;
+  ContinuationRequest continuation;
+  double checkpoint_every_s = RoundFilesOptions{}.checkpoint_every_s;
 };
 
 struct Executor {
@@ -70,8 +76,8 @@ std::optional<std::int32_t> parse_tile_cells(const std::string& text) {
 
 // What every rank runs: opens the inputs itself, builds its share, writes its shards; rank 0 publishes.
 // Returns the summary, the same on every rank.
-BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> paths, const BuildOptions& options,
-                        MapInfo info, const Executor& executor, Ranks& ranks) {
+BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> paths, BuildOptions options,
+                        MapInfo info, const Continuation& going_on, const Executor& executor, Ranks& ranks) {
   const PointFiles files = open_all(paths);
   std::vector<const PointSource*> sources;
   for (const auto& file : files) sources.push_back(file.get());
@@ -80,9 +86,27 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
   ProgressDisplay progress(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone,
                            build_plan(options.parameters));
 
+  RoundFiles rounds(command.output, {.revision = going_on.revision,
+                                     .rank = ranks.rank(),
+                                     .ranks = ranks.size(),
+                                     .follow = going_on.follow,
+                                     .resume = going_on.resume,
+                                     .keep_all = going_on.since > 0,
+                                     .since = going_on.since,
+                                     .checkpoint_every_s = command.checkpoint_every_s});
+  std::unique_ptr<MapReader> before;
+  if (going_on.follow) before = MapReader::open(command.output);
+  options.memory = &rounds;
+  options.before = before.get();
   std::unique_ptr<MapWriter> writer;
   const auto make_sink = [&](const MapLayout& layout) -> TileSink& {
-    writer = MapWriter::create(command.output, layout, ranks.rank(), info.crs_wkt);
+    writer = MapWriter::create(command.output, layout,
+                               {.rank = ranks.rank(),
+                                .crs = info.crs_wkt,
+                                .identity = build_identity(info),
+                                .resume = going_on.resume});
+    if (writer->revision() != going_on.revision)
+      throw Error(ErrorCode::kFailed, "another build has replaced the map meanwhile; start again", command.output);
     return *writer;
   };
   BuildSummary summary = build_map(sources, options, *threads, ranks, make_sink, progress);
@@ -93,6 +117,7 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
   if (ranks.rank() == 0) {
     throw_if_stopped();  // the last chance: from here on the map is there
     info.layout = summary.layout;
+    info.updatable_since = going_on.since;
     info.digest = summary.digest;
     info.points = summary.points;
     info.dropped = summary.not_finite + summary.out_of_range;
@@ -111,8 +136,16 @@ bool bore_the_sensor(const MapReader& reader, const std::vector<TrajectoryPoint>
   });
 }
 
+// An update keeps to the parameters of the map.
+void follow_parameters(const MapInfo& map, const ParameterOptions& options, ParameterChoice& choice) {
+  if (options.given() && !(choice.parameters == map.parameters))
+    throw Error(ErrorCode::kUsage,
+                "an update keeps the parameters that the map was built with; leave the options out, or build it anew");
+  choice = {map.parameters, map.preset};
+}
+
 int run_build(const BuildCommand& command) {
-  const ParameterChoice choice = command.parameters.resolve();
+  ParameterChoice choice = command.parameters.resolve();
   const Executor executor = parse_executor(command.executor);
   BuildOptions options;
   options.parameters = choice.parameters;
@@ -124,7 +157,21 @@ int run_build(const BuildCommand& command) {
   options.spill_folder = command.memory.spill_folder(command.output);
   if (fs::exists(command.output) && !fs::is_directory(command.output))
     throw Error(ErrorCode::kUsage, "the map would replace this file; choose another name", command.output);
-  const InputList list = expand_inputs(command.inputs);
+  if (command.inputs.empty() && !command.continuation.update)
+    throw Error(ErrorCode::kUsage, "no INPUT: name point files, folders or globs");
+  InputList list = expand_inputs(command.inputs);
+  if (command.continuation.update) {
+    const MapInfo map = open_map(command.output)->info();
+    list = updated_inputs(map, command.output, command.continuation, list);
+    follow_parameters(map, command.parameters, choice);
+    if (map.trajectory.has_value() != !command.trajectory.empty())
+      throw Error(ErrorCode::kUsage, "an update needs the --trajectory that the map was built with, and no other",
+                  command.output);
+    options.parameters = choice.parameters;
+    options.tile_cells = map.layout.grid.origin == Cell{}
+                             ? map.layout.grid.edge_cells >> (level_count(choice.parameters) - 1)
+                             : 0;
+  }
   const auto& paths = list.paths;
   if (!command.picture.empty()) {
     std::vector<fs::path> read = paths;
@@ -149,7 +196,7 @@ int run_build(const BuildCommand& command) {
     info.crs_wkt = agreed_crs(files, command.crs, report.warnings);
     for (std::size_t i = logged; i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
     for (const auto& file : files) {
-      info.inputs.push_back({file->path().filename().string(), file->info().points, file->info().bytes});
+      info.inputs.push_back(input_record(*file, command.output));
       report.inputs.push_back(input_json(*file));
     }
   }
@@ -160,16 +207,31 @@ int run_build(const BuildCommand& command) {
     return 0;
   }
 
+  info.layout.grid.edge_cells = tile_cells(options) << (level_count(options.parameters) - 1);
+  info.updatable_since = command.continuation.updatable || command.continuation.update;
+  const Continuation going_on = continuation(command.output, info, command.continuation);
+  if (going_on.finished) {
+    spdlog::info("the map is finished already, nothing to do");
+    if (command.common.json) print_json(Json{{"map", command.output}, {"finished_before", true}});
+    return 0;
+  }
   watch_stop_signals();
   const auto begun = std::chrono::steady_clock::now();
   const auto body = [&](Ranks& ranks) {
-    BuildSummary summary = build_rank(command, paths, options, info, executor, ranks);
+    BuildSummary summary = build_rank(command, paths, options, info, going_on, executor, ranks);
     if (ranks.rank() == 0) report.summary = std::move(summary);
   };
-  if (executor.ranks > 1)
-    run_forked_ranks(executor.ranks, body);
-  else
-    body(*single_rank());
+  try {
+    if (executor.ranks > 1)
+      run_forked_ranks(executor.ranks, body);
+    else
+      body(*single_rank());
+  } catch (const Error&) {
+    if (read_journals(command.output))
+      spdlog::warn("what is done stays in {}: the same command with --resume goes on from there", command.output);
+    throw;
+  }
+  report.updated = going_on.follow;
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 
   if (report.summary.observed + report.summary.predicted == 0) {
@@ -201,6 +263,9 @@ constexpr const char* kFooter =
     "  btms build tiles/ -o city.btms --picture cost.png --layer cost --vehicle-max-step-m 0.1\n"
     "  btms build scan.bin -o scan.btms --preset single-scan --tile-cells whole\n"
     "  btms build tiles/ -o city.btms --dry-run\n"
+    "  btms build tiles/ -o city.btms --resume                # after Ctrl-C, a crash, a full disk\n"
+    "  btms build tiles/ -o city.btms --updatable\n"
+    "  btms build survey2.las -o city.btms --update           # and --remove old.las, --replace\n"
     "\n"
     "The map has the same digest for any order or splitting of the inputs, tile size, executor and thread count.\n"
     "An older map in the same place is replaced only once the new one is complete.";
@@ -212,7 +277,6 @@ Command add_build(CLI::App& btms) {
   CLI::App* app = btms.add_subcommand("build", "Build a map: point files in, a terrain model on disk out");
   app->footer(kFooter);
   app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")
-      ->required()
       ->default_str("")
       ->type_name("");
   app->add_option("-o,--output", command->output, "The map's folder, by custom called NAME.btms")
@@ -236,6 +300,30 @@ Command add_build(CLI::App& btms) {
       ->needs("--picture");
   app->add_flag("--dry-run", command->dry_run,
                 "Write nothing: say what the build will take in time, memory and disk, from a sample of the points");
+  const char* going_on = "Going on from what is there";
+  app->add_flag("--resume", command->continuation.resume,
+                "Take up a build that was interrupted: what it has committed is not written again")
+      ->group(going_on);
+  app->add_flag("--updatable", command->continuation.updatable,
+                "Keep what updates need beside the map (about as much disk again)")
+      ->group(going_on);
+  app->add_flag("--update", command->continuation.update,
+                "INPUTs are added to the map's own; only what they change is worked out. The result is that of a build "
+                "of all of them")
+      ->group(going_on);
+  app->add_flag("--replace", command->continuation.replace, "INPUTs take the place of inputs of the same name")
+      ->needs("--update")
+      ->group(going_on);
+  app->add_option("--remove", command->continuation.removed, "Take this input out of the map; may be repeated")
+      ->needs("--update")
+      ->type_name("NAME")
+      ->default_str("")
+      ->group(going_on);
+  app->add_option("--checkpoint-every", command->checkpoint_every_s,
+                  "Save what --resume goes on from after this many seconds, when a level is done")
+      ->check(CLI::Range(0.0, 1e9))
+      ->type_name("SECONDS")
+      ->group(going_on);
   app->add_option("--tile-cells", command->tile_cells,
                   "Edge of a tile in cells of the coarsest level, whole for one tile; auto is 128 of the finest level")
       ->type_name("N");

@@ -22,6 +22,9 @@ Json report_json(const BuildReport& report) {
   json["points"] = s.points;
   json["dropped"] = {{"not_finite", s.not_finite}, {"out_of_range", s.out_of_range}};
   json["tiles"] = s.tiles;
+  if (report.updated)
+    json["update"] = {{"tiles_worked_on", s.tiles_recomputed}, {"tiles_in_reach", s.tiles_in_reach},
+                      {"tiles_renewed", s.tiles_renewed}};
   json["nodes"] = {{"total", s.nodes},       {"observed", s.observed}, {"predicted", s.predicted},
                    {"obstacle", s.obstacle}, {"filled", s.filled},     {"unknown", s.unknown}};
   json["components"] = {{"found", s.components}, {"kept", s.components_kept}};
@@ -57,6 +60,9 @@ void print_build_report(const BuildReport& report, bool as_json) {
   if (report.trajectory) table.row({"trajectory", trajectory_text(*report.trajectory)});
   table.row({"dropped", fmt::format("{} not finite, {} out of range", grouped(s.not_finite), grouped(s.out_of_range))});
   table.row({"tiles", grouped(s.tiles)});
+  if (report.updated)
+    table.row({"update", fmt::format("{} worked on, {} in reach of the changes, {} renewed", grouped(s.tiles_recomputed),
+                                     grouped(s.tiles_in_reach), grouped(s.tiles_renewed))});
   table.row({"nodes", fmt::format("{}: {} observed, {} predicted, {} obstacle, {} filled, {} unknown", grouped(s.nodes),
                                   grouped(s.observed), grouped(s.predicted), grouped(s.obstacle), grouped(s.filled),
                                   grouped(s.unknown))});

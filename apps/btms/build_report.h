@@ -18,6 +18,7 @@ struct BuildReport {
   Json inputs = Json::array();
   std::optional<TrajectoryRecord> trajectory;
   std::vector<std::string> warnings;  // of the whole; a file's own are in `inputs`
+  bool updated = false;               // followed the map that was there
   double seconds = 0;                 // from the first point read to the map published
 };
 

@@ -75,6 +75,11 @@ ParameterChoice ParameterOptions::resolve() const {
   return choice;
 }
 
+bool ParameterOptions::given() const {
+  return preset_option_->count() > 0 || !config_.empty() ||
+         std::any_of(flags_.begin(), flags_.end(), [](const auto& flag) { return flag.second->count() > 0; });
+}
+
 std::string flag_of(std::string_view parameter_name) {
   std::string flag = "--" + std::string(parameter_name);
   std::replace(flag.begin(), flag.end(), '_', '-');

@@ -23,6 +23,8 @@ class ParameterOptions {
   void add_to(CLI::App& app, std::string_view default_preset);
   // Throws Error(kUsage) naming the flag, or the file and line, and the range.
   ParameterChoice resolve() const;
+  // Whether the command line says anything about them.
+  bool given() const;
 
  private:
   std::string preset_, config_;

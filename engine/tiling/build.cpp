@@ -122,11 +122,11 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   if (coarse_to_fine) {
     std::optional<OrderedPoints> points(std::in_place, std::move(bins), grid, table, threads, pager, progress);
     watch.lap("sort", summary.phases);
-    const Records records(options.memory);
+    Records records(options.memory);
     if (records.follow() && (!options.before || options.before->layout() != summary.layout))
       throw Error(ErrorCode::kFailed, "the map that is followed has another layout");
     Levels built = build_levels({p, table, *points, options.trajectory, options.labels_only,
-                                 options.neighbours_by_lattice, options.memory},
+                                 options.neighbours_by_lattice, records},
                                 threads, ranks, pager, progress,
                                 [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
     const PassContext context{p, built.table, threads, ranks, pager, progress, options.trajectory};

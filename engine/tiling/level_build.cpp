@@ -107,7 +107,7 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
                     const std::function<void(int)>& level_done) {
   const Parameters& parameters = in.parameters;
   const int levels = level_count(parameters);
-  const Records records(in.memory);
+  Records& records = in.records;
   Levels built{in.coarsest, {}, {}, {}, {}, {}};
   TileTable& table = built.table;
   const std::size_t n = table.tiles().size();

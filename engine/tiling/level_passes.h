@@ -57,7 +57,7 @@ struct LevelInputs {
   const std::vector<TrajectoryPoint>& trajectory;
   bool labels_only;  // what labels at the points read, at least; the rest may be left out
   bool by_lattice;   // how neighbours are found
-  RoundMemory* memory = nullptr;
+  Records& records;
 };
 
 struct Levels {

@@ -1,6 +1,8 @@
 // The records of a build's rounds, read and written by what they hold.
 #pragma once
 
+#include <mutex>
+#include <set>
 #include <utility>
 
 #include "engine/error.h"
@@ -25,11 +27,16 @@ class Records {
   bool follow() const { return memory_ && memory_->follows(); }
   bool keep() const { return memory_ && memory_->keeps_all(); }
   RoundMemory* memory() const { return memory_; }
+  // The map that is followed doesn't have this tile, whatever is left of one. Before anything is loaded.
+  void forget(TileId tile) {
+    const std::lock_guard lock(mutex_);
+    unknown_.insert(tile);
+  }
 
   // False where the build before had no such tile, or another part of it.
   template <class... T>
   bool load(int number, TileId tile, const CellBox& box, std::vector<T>&... lists) const {
-    return memory_ && unpack_record(memory_->load(number, tile), box, lists...);
+    return memory_ && !unknown_.contains(tile) && unpack_record(memory_->load(number, tile), box, lists...);
   }
   // What has to be there. Throws Error(kVerification) when it isn't.
   template <class... T>
@@ -54,6 +61,8 @@ class Records {
 
  private:
   RoundMemory* memory_;
+  std::mutex mutex_;  // while tiles are being forgotten
+  std::set<TileId> unknown_;
 };
 
 }  // namespace btms

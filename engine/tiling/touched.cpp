@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <mutex>
-#include <set>
+#include <tuple>
 
 #include "engine/model/digest.h"
 
@@ -34,7 +34,7 @@ bool before(const BinPrint& a, const BinPrint& b) { return std::tie(a.bin.by, a.
 
 }  // namespace
 
-Changes touched_cells(const PassContext& context, const OrderedPoints& points, const Records& records) {
+Changes touched_cells(const PassContext& context, const OrderedPoints& points, Records& records) {
   if (!records.keep()) return Changes::everywhere(context.table);
   const int number = record_number(0, Step::kPoints);
   const auto& tiles = context.table.tiles();
@@ -56,6 +56,7 @@ Changes touched_cells(const PassContext& context, const OrderedPoints& points, c
     std::vector<BinPrint> then;
     if (!records.follow() || !records.load(number, tiles[i].id, tiles[i].box, then)) {
       out.boxes[i] = tiles[i].box;
+      records.forget(tiles[i].id);
     } else {
       const auto touch = [&](const BinPrint& p) {
         out.boxes[i] = out.boxes[i].hull({p.bin.bx, p.bin.by, p.bin.bx + 1, p.bin.by + 1});
@@ -73,15 +74,18 @@ Changes touched_cells(const PassContext& context, const OrderedPoints& points, c
     }
     if (!out.boxes[i].empty()) records.save(number, tiles[i].id, tiles[i].box, now);
   });
-  records.finish(number);
-  out.share(context.ranks);
   if (records.follow())
     for (const TileId id : records.memory()->tiles(number)) {
       const std::int32_t i = context.table.index_of(id);
       const auto record = records.memory()->load(number, id);
       const CellBox box = record ? record_box(*record) : CellBox{};
-      if (i < 0 || box != tiles[static_cast<std::size_t>(i)].box) out.gone.push_back(box);
+      if (i >= 0 && box == tiles[static_cast<std::size_t>(i)].box) continue;
+      out.gone.push_back(box);
+      // An empty record: there is no such tile any more.
+      if (i < 0 && !box.empty() && context.ranks.rank() == 0) records.memory()->save(number, id, {});
     }
+  records.finish(number);
+  out.share(context.ranks);
   return out;
 }
 

@@ -44,21 +44,6 @@ Parameters parse_parameters(const Json& object) {
   return p;
 }
 
-Json entry_json(const ShardEntry& s) {
-  Json tiles = Json::array();
-  for (const TileEntry& t : s.tiles)
-    tiles.push_back({t.id.tx, t.id.ty, t.box.col0, t.box.row0, t.box.col1, t.box.row1});
-  const CellBox b = s.bounds();
-  return {{"id", {s.id.tx, s.id.ty}},
-          {"file", s.file},
-          {"bytes", s.bytes},
-          {"file_xxh3", hex64(s.file_xxh3)},
-          {"values_xxh3", hex64(s.values_xxh3)},
-          {"digest", s.digest.hex()},
-          {"bounds", {b.col0, b.row0, b.col1, b.row1}},
-          {"tiles", std::move(tiles)}};
-}
-
 std::int32_t index(const Json& array, std::size_t i, const char* name) {
   return static_cast<std::int32_t>(integer(array[i], name, -kMaxIndex, kMaxIndex));
 }
@@ -89,6 +74,21 @@ bool is_plain_name(const std::string& name) {
            c == '-';
   };
   return !name.empty() && name.size() <= 200 && name[0] != '.' && std::all_of(name.begin(), name.end(), plain);
+}
+
+Json entry_json(const ShardEntry& s) {
+  Json tiles = Json::array();
+  for (const TileEntry& t : s.tiles)
+    tiles.push_back({t.id.tx, t.id.ty, t.box.col0, t.box.row0, t.box.col1, t.box.row1});
+  const CellBox b = s.bounds();
+  return {{"id", {s.id.tx, s.id.ty}},
+          {"file", s.file},
+          {"bytes", s.bytes},
+          {"file_xxh3", hex64(s.file_xxh3)},
+          {"values_xxh3", hex64(s.values_xxh3)},
+          {"digest", s.digest.hex()},
+          {"bounds", {b.col0, b.row0, b.col1, b.row1}},
+          {"tiles", std::move(tiles)}};
 }
 
 ShardEntry parse_entry(const Json& object, const MapLayout& layout) {
@@ -155,7 +155,11 @@ Manifest parse_head(const Json& root) {
   for (const Json& in : array_member(root, "inputs"))
     m.info.inputs.push_back({text_member(in, "name"),
                              static_cast<std::uint64_t>(integer_member(in, "points", 0, kMaxInt64)),
-                             static_cast<std::uint64_t>(integer_member(in, "bytes", 0, kMaxInt64))});
+                             static_cast<std::uint64_t>(integer_member(in, "bytes", 0, kMaxInt64)),
+                             in.contains("path") ? text_member(in, "path") : std::string(),
+                             in.contains("content") ? text_member(in, "content") : std::string()});
+  if (root.contains("updatable_since"))
+    m.info.updatable_since = static_cast<std::uint64_t>(integer_member(root, "updatable_since", 1, kMaxInt64));
   if (root.contains("trajectory")) {
     const Json& t = root["trajectory"];
     m.info.trajectory = {text_member(t, "name"), static_cast<std::uint64_t>(integer_member(t, "poses", 0, kMaxInt64)),
@@ -193,7 +197,11 @@ std::string manifest_text(const Manifest& m) {
   const Json parameters = parameters_json(info.parameters);
   Json inputs = Json::array();
   for (const InputRecord& in : info.inputs)
-    inputs.push_back({{"name", in.name}, {"points", in.points}, {"bytes", in.bytes}});
+    inputs.push_back({{"name", in.name},
+                      {"points", in.points},
+                      {"bytes", in.bytes},
+                      {"path", in.path},
+                      {"content", in.content}});
 
   std::string body = "\"";
   const auto line = [&](const char* name, const Json& value) {
@@ -215,6 +223,7 @@ std::string manifest_text(const Manifest& m) {
   line("inputs", inputs);
   if (const auto& t = info.trajectory)
     line("trajectory", {{"name", t->name}, {"poses", t->poses}, {"bytes", t->bytes}});
+  if (info.updatable_since > 0) line("updatable_since", info.updatable_since);
   line("digest", info.digest.hex());
   body += ",\n\"shards\":[";
   for (std::size_t i = 0; i < m.shards.size(); ++i)
@@ -247,6 +256,12 @@ bool is_of_older_program(std::span<const std::uint8_t> text) {
   } catch (const Error&) {
     return false;
   }
+}
+
+std::string entry_text(const ShardEntry& entry) { return json_line(entry_json(entry)); }
+
+ShardEntry parse_entry_text(std::string_view text, const MapLayout& layout) {
+  return parse_entry(parse_json({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}), layout);
 }
 
 std::vector<std::uint8_t> entries_bytes(const std::vector<ShardEntry>& shards) {

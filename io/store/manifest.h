@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/store/map_store.h"
@@ -43,6 +44,10 @@ Manifest parse_manifest(std::span<const std::uint8_t> text, const std::string& f
 
 // Whether it is the sound manifest of a map of an earlier schema, which nothing but its removal is left for.
 bool is_of_older_program(std::span<const std::uint8_t> text);
+
+// One shard's entry. Throws Error(kBadInput).
+std::string entry_text(const ShardEntry& entry);
+ShardEntry parse_entry_text(std::string_view text, const MapLayout& layout);
 
 // Shard entries alone, for finish().
 std::vector<std::uint8_t> entries_bytes(const std::vector<ShardEntry>& shards);

@@ -11,7 +11,9 @@
 #include "engine/error.h"
 #include "io/files/atomic_file.h"
 #include "io/files/read_file.h"
+#include "io/store/journal.h"
 #include "io/store/manifest.h"
+#include "io/store/round_files.h"
 
 namespace btms {
 namespace {
@@ -37,7 +39,7 @@ void remove_names(const fs::path& folder, const auto& unwanted) {
 // A folder without a manifest may be written to when it holds nothing but the rest of a killed or running first build.
 bool holds_foreign_files(const fs::path& folder) {
   for (const std::string& name : names_in(folder))
-    if (name != kShardFolder && !is_temporary_name(name)) return true;
+    if (name != kShardFolder && name != kRoundFolder && !is_journal_name(name) && !is_temporary_name(name)) return true;
   for (const std::string& name : names_in(folder / kShardFolder))
     if (!shard_revision(name) && !is_temporary_name(name)) return true;
   return false;
@@ -149,12 +151,17 @@ std::uint64_t start_revision(const fs::path& folder) {
   return revision;
 }
 
-std::uint64_t published_revision(const fs::path& folder) {
+std::optional<Manifest> read_manifest_of(const fs::path& folder) {
   try {
-    return read_manifest(folder).info.revision;
+    return read_manifest(folder);
   } catch (const std::exception&) {
-    return 0;
+    return {};
   }
+}
+
+std::uint64_t published_revision(const fs::path& folder) {
+  const auto manifest = read_manifest_of(folder);
+  return manifest ? manifest->info.revision : 0;
 }
 
 void remove_unreferenced(const fs::path& folder, const std::set<std::string>& keep) {
@@ -168,6 +175,8 @@ void remove_revision(const fs::path& folder, std::uint64_t revision) {
   remove_stale_temporaries(folder);
   remove_stale_temporaries(folder / kShardFolder);
   remove_names(folder / kShardFolder, [&](const std::string& name) { return shard_revision(name) == revision; });
+  remove_journals(folder);
+  remove_round_files(folder, revision);
 }
 
 void remove_if_empty(const fs::path& folder) {

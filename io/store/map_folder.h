@@ -8,6 +8,7 @@
 #include <string>
 
 #include "io/files/descriptor.h"
+#include "io/store/manifest.h"
 #include "io/store/map_store.h"
 
 namespace btms {
@@ -37,6 +38,8 @@ std::optional<Descriptor> share_unlocked_folder(const std::filesystem::path& fol
 // not a map.
 std::uint64_t start_revision(const std::filesystem::path& folder);
 
+// The manifest, where there is a sound one.
+std::optional<Manifest> read_manifest_of(const std::filesystem::path& folder);
 // Revision of the manifest; 0 when there is none that can be read.
 std::uint64_t published_revision(const std::filesystem::path& folder);
 

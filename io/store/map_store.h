@@ -19,6 +19,9 @@ struct InputRecord {
   std::string name;
   std::uint64_t points = 0;
   std::uint64_t bytes = 0;
+  std::string path;              // from the map's folder, or absolute; empty in maps of older programs
+  std::string content;           // what its bytes are: content_print()
+  std::int64_t changed_ns = 0;   // when it was last written to, since 1970; not stored
 };
 
 struct TrajectoryRecord {
@@ -38,21 +41,33 @@ struct MapInfo {
   Digest digest;                               // of the decoded content of all shards
   std::uint64_t revision = 1;
   std::uint64_t points = 0, dropped = 0;
+  std::uint64_t updatable_since = 0;  // the revision from which on the records of the rounds hold; 0: none are kept
+};
+
+// How a writer begins.
+struct WriterOptions {
+  int rank = 0;
+  std::string crs;       // WKT or "EPSG:n", georeferences the shards; give the same to publish()
+  std::string identity;  // build_identity() of what is built
+  bool resume = false;   // keep what an interrupted build of the same has committed; else that is removed
 };
 
 // Writes one revision of a map. put() is thread-safe: tiles are encoded in the calling thread, only the HDF5 call is
 // serialised. A shard is one tile, or a block of tiles when tiles are small; it is written under a temporary name,
-// closed with every return code checked, fsynced and renamed. Nothing of the map can be opened before publish(); when
-// rank 0's writer is destroyed before it, what every rank has written is removed (an older map in the same folder is
-// left as it was). Rank 0's writer locks the folder against other builds, never against readers.
-// Tiles with an empty box are not stored.
+// closed with every return code checked, fsynced and renamed; when its name is on disk too, the journal says that it is
+// committed. Nothing of the map can be opened before publish(), and an older map in the same folder stays as it was.
+// When a writer is destroyed before it, what has been committed stays for a build that takes it up; with nothing
+// committed nothing stays. Shards that are as in the map before, or in the journal, are not written again.
+// Rank 0's writer locks the folder against other builds, never against readers. Tiles with an empty box are not stored.
 class MapWriter : public TileSink {
  public:
-  // No rank may put() before rank 0's writer exists, which takes the lock. `crs`, WKT or "EPSG:n", georeferences the
-  // shards; give the same to publish(). Throws Error(kFailed), also when another build writes to `folder`,
-  // Error(kUsage) when it exists and is not a map, or what describe_crs() throws.
-  static std::unique_ptr<MapWriter> create(const std::filesystem::path& folder, const MapLayout& layout, int rank = 0,
-                                           const std::string& crs = {});
+  // No rank may put() before rank 0's writer exists, which takes the lock. Throws Error(kFailed), also when another
+  // build writes to `folder`, Error(kUsage) when it exists and is not a map, or holds an interrupted build of something
+  // else that is to be taken up, or what describe_crs() throws.
+  static std::unique_ptr<MapWriter> create(const std::filesystem::path& folder, const MapLayout& layout,
+                                           const WriterOptions& options = {});
+  // The revision that is being written.
+  virtual std::uint64_t revision() const = 0;
 
   // Writes the shards that are still incomplete, and returns this rank's manifest entries as bytes. Call once, after
   // the last put(). With several ranks every tile of a shard must have been put on the same rank (see shard_of).

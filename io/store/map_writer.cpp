@@ -4,9 +4,12 @@
 
 #include "engine/error.h"
 #include "io/files/atomic_file.h"
+#include "io/files/read_file.h"
 #include "io/store/hash.h"
+#include "io/store/journal.h"
 #include "io/store/map_folder.h"
 #include "io/store/map_nc.h"
+#include "io/store/round_files.h"
 #include "io/store/shard_assembly.h"
 #include "io/store/shard_file.h"
 #include "io/store/upper_layers.h"
@@ -20,14 +23,20 @@ std::string tile_text(TileId id) { return std::to_string(id.tx).append(",").appe
 
 class FolderWriter final : public MapWriter {
  public:
-  FolderWriter(const fs::path& folder, const MapLayout& layout, int rank, std::optional<Crs> crs)
+  FolderWriter(const fs::path& folder, const MapLayout& layout, const WriterOptions& options, std::optional<Crs> crs)
       : folder_(folder),
         layout_(layout),
-        rank_(rank),
+        rank_(options.rank),
+        identity_(options.identity),
         crs_(std::move(crs)),
         block_(shard_block(layout)),
-        lock_(rank == 0 ? lock_folder(folder) : Descriptor()),
-        revision_(start_revision(folder)) {}
+        lock_(rank_ == 0 ? lock_folder(folder) : Descriptor()),
+        revision_(start_revision(folder)) {
+    if (rank_ != 0) return;
+    if (!options.resume) remove_revision(folder_, revision_);
+    refuse_another_build();
+    journal_.emplace(folder_, rank_, revision_, identity_);
+  }
 
   ~FolderWriter() override {
     staged_.clear();
@@ -39,6 +48,8 @@ class FolderWriter final : public MapWriter {
     const auto lock = share_unlocked_folder(folder_);
     if (lock && published_revision(folder_) < revision_) give_up();
   }
+
+  std::uint64_t revision() const override { return revision_; }
 
   Digest put(TileId id, TerrainTile&& tile) override {
     try {
@@ -53,7 +64,7 @@ class FolderWriter final : public MapWriter {
   std::vector<std::uint8_t> finish() override {
     for (auto& [id, waiting] : pending_) write_shard(id, std::move(waiting));
     pending_.clear();
-    for (AtomicFile& staged : staged_) staged.place();
+    commit(std::move(staged_));
     staged_.clear();
     if (failed_) throw Error(ErrorCode::kFailed, "a tile could not be stored, the map is incomplete", folder_.string());
     std::sort(shards_.begin(), shards_.end(), [](const ShardEntry& a, const ShardEntry& b) { return a.id < b.id; });
@@ -80,6 +91,7 @@ class FolderWriter final : public MapWriter {
     m.info.crs_wkt = crs_ ? crs_->wkt : "";
 
     sync_folder(folder_ / kShardFolder);  // the names of every rank's shards
+    if (m.info.updatable_since > 0) sync_folder(folder_ / kRoundFolder);
     const std::vector<std::uint8_t> view_bytes = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
     const std::string text = manifest_text(m);
     std::optional<AtomicFile> view;
@@ -100,11 +112,17 @@ class FolderWriter final : public MapWriter {
     std::set<std::string> keep;
     for (const ShardEntry& s : m.shards) keep.insert(s.file);
     remove_unreferenced(folder_, keep);
+    remove_journals(folder_);
+    prune_round_files(folder_, revision_, m.info.updatable_since);
   }
 
  private:
   static constexpr std::size_t kBatch = 16;  // files fsynced together
 
+  struct Staged {
+    AtomicFile file;
+    ShardEntry entry;
+  };
   // Tiles of one shard.
   struct Waiting {
     std::vector<PlacedTile> tiles;
@@ -146,19 +164,74 @@ class FolderWriter final : public MapWriter {
     for (const auto& [tile_id, tile] : shard.tiles) entry.tiles.push_back({tile_id, tile.box});
     std::sort(entry.tiles.begin(), entry.tiles.end(),
               [](const TileEntry& a, const TileEntry& b) { return a.id < b.id; });
+    if (const ShardEntry* known = as_before(entry)) {
+      const std::lock_guard lock(mutex_);
+      shards_.push_back(*known);
+      return;
+    }
     const EncodedShard encoded = encode_shard(assemble(std::move(shard.tiles)), crs_);
     entry.bytes = encoded.file.size();
     entry.file_xxh3 = xxh3_64(encoded.file);
     entry.values_xxh3 = encoded.values_xxh3;
-    AtomicFile file = stage(shard_path(entry.file), encoded.file);
-    std::vector<AtomicFile> batch;
+    Staged staged{stage(shard_path(entry.file), encoded.file), entry};
+    std::vector<Staged> batch;
     {
       const std::lock_guard lock(mutex_);
       shards_.push_back(std::move(entry));
-      staged_.push_back(std::move(file));
+      staged_.push_back(std::move(staged));
       if (staged_.size() == kBatch) batch.swap(staged_);
     }
-    for (AtomicFile& staged : batch) staged.place();
+    commit(std::move(batch));
+  }
+
+  // On disk under their names, then in the journal.
+  void commit(std::vector<Staged>&& batch) {
+    if (batch.empty()) return;
+    std::vector<ShardEntry> entries;
+    for (Staged& staged : batch) {
+      staged.file.place();
+      entries.push_back(std::move(staged.entry));
+    }
+    sync_folder(folder_ / kShardFolder);
+    const std::lock_guard lock(journal_mutex_);
+    if (!journal_) journal_.emplace(folder_, rank_, revision_, identity_);
+    journal_->add(entries);
+  }
+
+  // What a build that is taken up has committed, and what the map before has.
+  void find_known() {
+    if (const auto published = read_manifest_of(folder_);
+        published && published->info.layout == layout_ && published->info.crs_wkt == (crs_ ? crs_->wkt : ""))
+      for (const ShardEntry& s : published->shards) known_[s.id] = s;
+    if (const auto interrupted = read_journals(folder_); interrupted && interrupted->revision == revision_)
+      for (ShardEntry& s : journaled_shards(*interrupted, layout_)) known_[s.id] = std::move(s);
+  }
+
+  // The entry of a sound file with the same tiles, or nullptr.
+  const ShardEntry* as_before(const ShardEntry& now) {
+    std::call_once(known_once_, [&] { find_known(); });
+    const auto it = known_.find(now.id);
+    if (it == known_.end() || it->second.digest != now.digest || it->second.tiles.size() != now.tiles.size() ||
+        !std::equal(now.tiles.begin(), now.tiles.end(), it->second.tiles.begin(),
+                    [](const TileEntry& a, const TileEntry& b) { return a.id == b.id && a.box == b.box; }))
+      return nullptr;
+    try {
+      const std::vector<std::uint8_t> bytes =
+          read_file(shard_path(it->second.file), it->second.bytes, ErrorCode::kVerification);
+      return bytes.size() == it->second.bytes && xxh3_64(bytes) == it->second.file_xxh3 ? &it->second : nullptr;
+    } catch (const Error&) {
+      return nullptr;  // written anew
+    }
+  }
+
+  void refuse_another_build() const {
+    const auto interrupted = read_journals(folder_);
+    if (!interrupted || interrupted->revision != revision_) return;
+    if (const std::string what = identity_difference(interrupted->identity, identity_); !what.empty())
+      throw Error(ErrorCode::kUsage,
+                  "the interrupted build there was another one (" + what +
+                      "); leave out --resume to begin afresh, or choose another name",
+                  folder_.string());
   }
 
   // Written and read back, but not durable yet.
@@ -169,7 +242,16 @@ class FolderWriter final : public MapWriter {
     return file;
   }
 
+  // What is committed stays.
   void give_up() const {
+    const auto interrupted = read_journals(folder_);
+    if (interrupted && interrupted->revision == revision_ &&
+        (!interrupted->entries.empty() || has_round_files(folder_, revision_))) {
+      remove_stale_temporaries(folder_);
+      remove_stale_temporaries(folder_ / kShardFolder);
+      remove_stale_temporaries(folder_ / kRoundFolder);
+      return;
+    }
     remove_revision(folder_, revision_);
     remove_if_empty(folder_);
   }
@@ -179,6 +261,7 @@ class FolderWriter final : public MapWriter {
   const fs::path folder_;
   const MapLayout layout_;
   const int rank_;
+  const std::string identity_;
   std::optional<Crs> crs_;
   const int block_;        // a shard is block_ x block_ tiles
   const Descriptor lock_;  // rank 0: held until the end
@@ -187,17 +270,21 @@ class FolderWriter final : public MapWriter {
   std::set<TileId> seen_;
   std::map<TileId, Waiting> pending_;  // shards that wait for more tiles
   std::vector<ShardEntry> shards_;
-  std::vector<AtomicFile> staged_;  // written, not yet durable
+  std::vector<Staged> staged_;  // written, not yet durable
+  std::once_flag known_once_;
+  std::map<TileId, ShardEntry> known_;  // shards that may be there already
+  std::mutex journal_mutex_;
+  std::optional<Journal> journal_;
   bool failed_ = false, finished_ = false, published_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<MapWriter> MapWriter::create(const fs::path& folder, const MapLayout& layout, int rank,
-                                             const std::string& crs) {
+std::unique_ptr<MapWriter> MapWriter::create(const fs::path& folder, const MapLayout& layout,
+                                             const WriterOptions& options) {
   std::optional<Crs> described;
-  if (!crs.empty()) described = describe_crs(crs);
-  return std::make_unique<FolderWriter>(folder, layout, rank, std::move(described));
+  if (!options.crs.empty()) described = describe_crs(options.crs);
+  return std::make_unique<FolderWriter>(folder, layout, options, std::move(described));
 }
 
 }  // namespace btms

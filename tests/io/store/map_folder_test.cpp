@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 class MapFolder : public testing::Test {
  protected:
   void write_some_map() { write_map(folder_, layout_, made_tiles(layout_, {0, 0, 300, 100}, noisy_tile)); }
-  std::unique_ptr<MapWriter> writer(int rank = 0) const { return MapWriter::create(folder_, layout_, rank); }
+  std::unique_ptr<MapWriter> writer(int rank = 0) const { return MapWriter::create(folder_, layout_, {.rank = rank}); }
   TerrainTile tile(TileId id) const { return noisy_tile(layout_, layout_.grid.box_of(id)); }
 
   const TemporaryFolder temporary_;

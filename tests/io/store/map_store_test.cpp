@@ -75,7 +75,7 @@ TEST(MapStore, KeepsWhatItSaysOfItself) {
   info.inputs = {{"a\"b\n.las", 12, 345}, {"bytes \xff that are not UTF-8", 1, 2}};
   info.points = 13;
   info.dropped = 1;
-  const auto writer = MapWriter::create(temporary / "a.btms", layout, 0, "EPSG:25832");
+  const auto writer = MapWriter::create(temporary / "a.btms", layout, {.crs = "EPSG:25832"});
   writer->put({0, 0}, noisy_tile(layout, {1, 1, 3, 3}));
   writer->put({1, 0}, TerrainTile(2000, CellBox{}));
   writer->publish(info, {writer->finish()});
@@ -208,10 +208,10 @@ TEST(MapStore, RanksWriteOneMap) {
   const MapLayout layout = layout_of(2000, 128);
   const Tiles tiles = made_tiles(layout, {-200, -200, 200, 200}, noisy_tile);
   std::vector<std::vector<std::uint8_t>> entries(3);
-  const auto zero = MapWriter::create(folder, layout, 0);
+  const auto zero = MapWriter::create(folder, layout);
   for (int rank = 2; rank >= 0; --rank) {
     std::unique_ptr<MapWriter> own;
-    if (rank != 0) own = MapWriter::create(folder, layout, rank);
+    if (rank != 0) own = MapWriter::create(folder, layout, {.rank = rank});
     MapWriter& writer = rank == 0 ? *zero : *own;
     int i = 0;
     for (const auto& [id, tile] : tiles)
