@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <exception>
 #include <sstream>
 #include <utility>
@@ -117,7 +116,7 @@ class ForkedRanks final : public Ranks {
       if (!busy) break;
       if (::poll(waiting.data(), waiting.size(), -1) < 0) {
         if (errno == EINTR) continue;
-        throw Error(ErrorCode::kFailed, std::string("waiting for other ranks: ") + std::strerror(errno));
+        throw Error(ErrorCode::kFailed, "waiting for other ranks: " + system_reason(errno));
       }
       for (std::size_t i = 0; i < transfers.size(); ++i) {
         Transfer& t = transfers[i];
@@ -206,7 +205,7 @@ struct Child {
 };
 
 [[noreturn]] void cannot_start(const std::vector<Child>& started) {
-  const std::string reason = std::strerror(errno);
+  const std::string reason = system_reason(errno);
   for (const Child& c : started) {
     ::kill(c.pid, SIGKILL);
     ::waitpid(c.pid, nullptr, 0);

@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 
 #include <cerrno>
-#include <system_error>
 #include <utility>
 
 #include "engine/error.h"
@@ -17,7 +16,7 @@ namespace {
   const bool input = error == ENOENT || error == EACCES || error == EPERM || error == ELOOP || error == ENOTDIR ||
                      error == ENXIO || error == ENAMETOOLONG || error == ENODEV || error == EISDIR;
   throw Error(input ? ErrorCode::kBadInput : ErrorCode::kFailed,
-              std::string("cannot ") + doing + ": " + std::generic_category().message(error), path.string());
+              std::string("cannot ") + doing + ": " + system_reason(error), path.string());
 }
 
 }  // namespace

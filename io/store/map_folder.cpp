@@ -92,11 +92,9 @@ std::optional<std::uint64_t> shard_revision(const std::string& name) {
 }
 
 void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (fs::is_directory(folder)) return;
-  if (fs::exists(folder)) throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
-  throw Error(ErrorCode::kFailed, "could not create the folder: " + error.message(), folder.string());
+  if (fs::exists(folder) && !fs::is_directory(folder))
+    throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
+  make_folders(folder);
 }
 
 Descriptor lock_folder(const fs::path& folder) {
@@ -106,8 +104,7 @@ Descriptor lock_folder(const fs::path& folder) {
     Descriptor fd = open_folder(folder);
     if (fd.get() < 0) {
       if (errno == ENOENT) continue;
-      throw Error(ErrorCode::kFailed, "could not open the folder: " + std::generic_category().message(errno),
-                  folder.string());
+      throw Error(ErrorCode::kFailed, "could not open the folder: " + system_reason(errno), folder.string());
     }
     if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) break;
     if (is_same(fd, folder)) return fd;
@@ -141,19 +138,16 @@ std::uint64_t start_revision(const fs::path& folder) {
   } else if (holds_foreign_files(folder)) {
     throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
   }
-  std::error_code error;
-  fs::create_directories(folder / kShardFolder, error);
-  if (error)
-    throw Error(ErrorCode::kFailed, "could not create the folder: " + error.message(),
-                (folder / kShardFolder).string());
+  make_folders(folder / kShardFolder);
   return revision;
 }
 
-std::uint64_t published_revision(const fs::path& folder) {
+std::optional<std::uint64_t> published_revision(const fs::path& folder) {
   try {
+    if (!fs::exists(folder / kManifest)) return 0;
     return read_manifest(folder).info.revision;
   } catch (const std::exception&) {
-    return 0;
+    return {};
   }
 }
 

@@ -37,8 +37,8 @@ std::optional<Descriptor> share_unlocked_folder(const std::filesystem::path& fol
 // not a map.
 std::uint64_t start_revision(const std::filesystem::path& folder);
 
-// Revision of the manifest; 0 when there is none that can be read.
-std::uint64_t published_revision(const std::filesystem::path& folder);
+// Revision of the manifest: 0 when there is none, nothing when it can't be read.
+std::optional<std::uint64_t> published_revision(const std::filesystem::path& folder);
 
 // These delete only what a MapWriter has written and ignore failures: the next publish tries again.
 // The shards not in `keep`, and what killed writers have left.

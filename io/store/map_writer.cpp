@@ -37,7 +37,7 @@ class FolderWriter final : public MapWriter {
     }
     // As long as rank 0 lives, it has the lock and cares for what every rank has written.
     const auto lock = share_unlocked_folder(folder_);
-    if (lock && published_revision(folder_) < revision_) give_up();
+    if (lock) give_up();
   }
 
   Digest put(TileId id, TerrainTile&& tile) override {
@@ -169,7 +169,10 @@ class FolderWriter final : public MapWriter {
     return file;
   }
 
+  // Unless they are published: an error can follow the rename of the manifest.
   void give_up() const {
+    const auto published = published_revision(folder_);
+    if (!published || *published >= revision_) return;
     remove_revision(folder_, revision_);
     remove_if_empty(folder_);
   }
