@@ -28,6 +28,10 @@ const char* error_name(ErrorCode code);
 // some space, or choose another folder".
 std::string system_reason(int error);
 
+// What is said where std::bad_alloc ends the work.
+inline constexpr char kOutOfMemory[] =
+    "out of memory; close other programs, allow more (ulimit -v), or use less (--memory)";
+
 class Error : public std::runtime_error {
  public:
   // what(): "file:offset: message" with the parts that are known. The message says what was found, what was expected

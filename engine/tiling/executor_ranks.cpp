@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <csignal>
 #include <exception>
+#include <new>
 #include <sstream>
 #include <utility>
 
@@ -192,6 +193,8 @@ std::string run_rank(Ranks& ranks, const std::function<void(Ranks&)>& body) {
     return report_of(e, true);
   } catch (const Error& e) {
     return report_of(e, false);
+  } catch (const std::bad_alloc&) {
+    return report_of(Error(ErrorCode::kFailed, kOutOfMemory), false);
   } catch (const std::exception& e) {
     return report_of(Error(ErrorCode::kFailed, e.what()), false);
   } catch (...) {

@@ -79,6 +79,10 @@ class FolderWriter final : public MapWriter {
     if (!m.info.crs_wkt.empty() && (!crs_ || crs_->wkt != m.info.crs_wkt)) crs_ = describe_crs(m.info.crs_wkt);
     m.info.crs_wkt = crs_ ? crs_->wkt : "";
 
+    // Readers that have just opened the old revision can finish: its shards stay until the next publish.
+    std::set<std::string> keep = published_shards(folder_);
+    for (const ShardEntry& s : m.shards) keep.insert(s.file);
+
     sync_folder(folder_ / kShardFolder);  // the names of every rank's shards
     const std::vector<std::uint8_t> view_bytes = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
     const std::string text = manifest_text(m);
@@ -97,8 +101,6 @@ class FolderWriter final : public MapWriter {
       fs::remove(folder_ / kMapNc, ignored);
     sync_folder(folder_);
 
-    std::set<std::string> keep;
-    for (const ShardEntry& s : m.shards) keep.insert(s.file);
     remove_unreferenced(folder_, keep);
   }
 

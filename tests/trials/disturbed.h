@@ -41,7 +41,7 @@ class Variables {
 struct Disturbed {
   Outcome outcome;
   bool hung = false;
-  std::uint64_t calls = 0, failed = 0;  // that the error could befall, that it befell
+  std::uint64_t calls = 0, failed = 0, syncs_failed = 0;  // that the error could befall, that it befell
 };
 
 // Runs the program under preload.cpp with `variables`; stdout goes to `out` where one is named.
@@ -50,7 +50,7 @@ inline Disturbed run_disturbed(const std::vector<std::string>& arguments, Enviro
   constexpr auto kLongest = std::chrono::seconds(60);
   const TempFolder folder;
   const std::string counts = folder / "counts";
-  write_text(counts, std::string(16, '\0'));
+  write_text(counts, std::string(24, '\0'));
   variables.emplace_back("BTMS_FAULTS_STATE", counts);
   variables.emplace_back("LD_PRELOAD", BTMS_FAULTS_LIBRARY);
   std::optional<Running> program;
@@ -71,6 +71,7 @@ inline Disturbed run_disturbed(const std::vector<std::string>& arguments, Enviro
   const std::string numbers = read_text(counts);
   std::memcpy(&run.calls, numbers.data(), 8);
   std::memcpy(&run.failed, numbers.data() + 8, 8);
+  std::memcpy(&run.syncs_failed, numbers.data() + 16, 8);
   return run;
 }
 
@@ -107,6 +108,42 @@ inline std::string map_digest(const fs::path& folder) {
   if (sum != reader->info().digest)
     throw Error(ErrorCode::kVerification, "its tiles make another digest than it says", folder.string());
   return sum.hex();
+}
+
+// What is wrong in a folder after a command failed there; "" when nothing is. Every file must be as it was or as it was
+// to be (shards may be left for a build that goes on), and the map `out`, if there is one, whole.
+inline std::string half_done(const fs::path& folder, const Files& before, const Files& wanted) {
+  const Files found = files_in(folder);
+  const auto is = [](const Files& files, const auto& entry) {
+    const auto it = files.find(entry.first);
+    return it != files.end() && it->second == entry.second;
+  };
+  for (const auto& entry : found)
+    if (!is(before, entry) && !is(wanted, entry) && !shard_revision(fs::path(entry.first).filename().string()))
+      return "half done: " + entry.first;
+  for (const auto& [name, content] : before)
+    if (!found.contains(name) && wanted.contains(name)) return "gone: " + name;
+  try {
+    (void)map_digest(folder / "out");
+  } catch (const Error& e) {
+    return std::string("the map is damaged: ") + e.what();
+  }
+  return {};
+}
+
+// What is wrong with how a command ended that worked in `folder`; "" when nothing is. `remedy`: what its message must
+// contain.
+inline std::string wrong_end(const Disturbed& run, const fs::path& folder, const Files& before, const Files& wanted,
+                             const std::string& remedy) {
+  if (run.hung) return "hung";
+  if (run.outcome.status != 0 && run.outcome.status != 1) return "neither success nor failure";
+  if (const std::string name = temporary_in(folder); !name.empty()) return "left " + name;
+  if (run.outcome.status == 0) {
+    if (run.syncs_failed > 0) return "success, although an fsync failed";
+    return files_in(folder) == wanted ? "" : "success, but the result is not complete";
+  }
+  if (run.outcome.err.find(remedy) == std::string::npos) return "the message names no remedy";
+  return half_done(folder, before, wanted);
 }
 
 }  // namespace btms::test

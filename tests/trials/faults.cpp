@@ -154,35 +154,10 @@ class Trial {
   }
 
   std::string judge(const Disturbed& run, const Fault& fault, const Files& wanted) const {
-    if (run.hung) return "hung";
-    const int status = run.outcome.status;
-    if (status != 0 && status != 1) return "neither success nor failure";
-    if (const std::string name = temporary_in(run_); !name.empty()) return "left " + name;
-    const Files found = files_in(run_);
-    if (status == 0) return found == wanted ? "" : "success, but the result is not complete";
-    if (fault.remedy.empty()) return "failed although nothing was wrong";
-    if (run.outcome.err.find(folder_.path().string()) == std::string::npos) return "the message names no file";
-    if (run.outcome.err.find(fault.remedy) == std::string::npos) return "the message names no remedy";
-    return half_done(found, wanted);
-  }
-
-  // A file that is neither what it was nor what it was to be.
-  std::string half_done(const Files& found, const Files& wanted) const {
-    const auto is = [](const Files& files, const auto& entry) {
-      const auto it = files.find(entry.first);
-      return it != files.end() && it->second == entry.second;
-    };
-    for (const auto& entry : found)
-      if (!is(before_, entry) && !is(wanted, entry) && !shard_revision(fs::path(entry.first).filename().string()))
-        return "half done: " + entry.first;
-    for (const auto& [name, content] : before_)
-      if (!found.contains(name) && wanted.contains(name)) return "gone: " + name;
-    try {
-      (void)map_digest(run_ / "out");
-    } catch (const Error& e) {
-      return std::string("the map is damaged: ") + e.what();
-    }
-    return {};
+    if (run.outcome.status == 1 && fault.remedy.empty()) return "failed although nothing was wrong";
+    if (run.outcome.status == 1 && run.outcome.err.find(folder_.path().string()) == std::string::npos)
+      return "the message names no file";
+    return wrong_end(run, run_, before_, wanted, fault.remedy);
   }
 
   TempFolder folder_;

@@ -1,12 +1,15 @@
 // Preloaded into the program: lets the k-th call that changes files fail, and logs all of them.
 //
-//   BTMS_FAULTS_STATE=FILE  16 bytes, shared with forked ranks: how many calls the error can befall there were, and how
-//                           many failed
-//   BTMS_FAULTS_ERROR=NAME  ENOSPC, EIO, EMFILE (opening, also to read), SHORT (half is written) or EINTR (of a write)
+//   BTMS_FAULTS_STATE=FILE  24 bytes, shared with forked ranks: how many calls the error can befall there were, how
+//   many
+//                           failed, and how many of these were an fsync, which nobody may pass over
+//   BTMS_FAULTS_ERROR=NAME  ENOSPC, EIO, EMFILE (opening, also to read), SHORT (half is written), EINTR (of a write) or
+//                           ENOMEM (malloc and its kin, from the start of main() on)
 //   BTMS_FAULTS_AT=K        the K-th such call fails, from 1
 //   BTMS_FAULTS_LASTING=1   and all that follow
 //   BTMS_FAULTS_LOG=FILE    the calls that succeeded, as records of write_log.h
-//   BTMS_LIMIT_AS, BTMS_LIMIT_FSIZE, BTMS_LIMIT_NOFILE=N  the limits of setrlimit(2), set after the program is loaded
+//   BTMS_LIMIT_AS, BTMS_LIMIT_FSIZE, BTMS_LIMIT_NOFILE=N  limits as of setrlimit(2); AS counts from what main() begins
+//   with
 //
 // Only what the program and its libraries call through the dynamic linker is seen: the C library's own streams are not.
 #include <dlfcn.h>
@@ -25,6 +28,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "tests/trials/write_log.h"
 
@@ -34,15 +38,15 @@ using btms::test::WriteOp;
 using btms::test::WriteRecord;
 
 struct State {
-  std::atomic<std::uint64_t> calls, failed;
+  std::atomic<std::uint64_t> calls, failed, syncs_failed;
 };
 
 State* state = nullptr;
 std::uint64_t fail_at = 0;
 bool lasting = false;
 int error_number = 0;
-enum class Kind { kNone, kDisk, kOpen, kWrite } befalls = Kind::kNone;  // the calls the error can befall
-bool cuts_short = false;
+enum class Kind { kNone, kDisk, kOpen, kWrite, kMemory } befalls = Kind::kNone;  // the calls the error can befall
+bool cuts_short = false, out_of_memory = false;
 int log_fd = -1;
 
 std::uint64_t number(const char* name) {
@@ -50,9 +54,9 @@ std::uint64_t number(const char* name) {
   return text ? std::strtoull(text, nullptr, 10) : 0;
 }
 
-void limit(const char* name, __rlimit_resource resource) {
+void limit(const char* name, __rlimit_resource resource, std::uint64_t above = 0) {
   if (!std::getenv(name)) return;
-  const rlimit wanted{number(name), number(name)};
+  const rlimit wanted{above + number(name), above + number(name)};
   ::setrlimit(resource, &wanted);
 }
 
@@ -75,8 +79,8 @@ __attribute__((constructor(101))) void start() {
   if (is("EIO")) befalls = Kind::kDisk, error_number = EIO;
   if (is("EMFILE")) befalls = Kind::kOpen, error_number = EMFILE;
   if (is("EINTR")) befalls = Kind::kWrite, error_number = EINTR;
+  if (is("ENOMEM")) out_of_memory = true, error_number = ENOMEM;
   if (is("SHORT")) befalls = Kind::kWrite, cuts_short = true;
-  limit("BTMS_LIMIT_AS", RLIMIT_AS);
   limit("BTMS_LIMIT_FSIZE", RLIMIT_FSIZE);
   limit("BTMS_LIMIT_NOFILE", RLIMIT_NOFILE);
 }
@@ -90,6 +94,7 @@ bool fails() {
   errno = error_number;
   return true;
 }
+bool memory_fails() { return befalls == Kind::kMemory && fails(); }
 bool disk_fails() { return befalls == Kind::kDisk && fails(); }
 
 template <class Function>
@@ -159,7 +164,10 @@ ssize_t written(int fd, const void* data, std::size_t size, std::uint64_t offset
 int synced(int fd, int (*call)(int)) {
   struct stat info {};
   if (!concerns(fd)) return call(fd);
-  if (disk_fails()) return -1;
+  if (disk_fails()) {
+    ++state->syncs_failed;
+    return -1;
+  }
   const int result = call(fd);
   if (result == 0 && describe(fd, info)) {
     char link[64], path[PATH_MAX] = "";
@@ -197,10 +205,10 @@ mode_t mode_of(int flags, va_list arguments) {
     return written(fd, data, size, static_cast<std::uint64_t>(offset),                    \
                    [&](std::size_t most) { return NEXT(name)(fd, data, most, offset); }); \
   }
-#define MKOSTEMP(name)                                                           \
-  int name(char* path, int flags) {                                              \
-    if (befalls != Kind::kWrite && befalls != Kind::kNone && fails()) return -1; \
-    return NEXT(name)(path, flags);                                              \
+#define MKOSTEMP(name)                                                            \
+  int name(char* path, int flags) {                                               \
+    if ((befalls == Kind::kDisk || befalls == Kind::kOpen) && fails()) return -1; \
+    return NEXT(name)(path, flags);                                               \
   }
 // posix_fallocate returns its error.
 #define POSIX_FALLOCATE(name)                                                                 \
@@ -279,6 +287,41 @@ int mkdir(const char* path, mode_t mode) noexcept {
   const int result = NEXT(mkdir)(path, mode);
   if (result == 0) log(WriteOp::kMakeFolder, 0, 0, path);
   return result;
+}
+
+// What main() calls first: what failed before, in the start of some library, would be no fault of the program.
+int mallopt(int parameter, int value) noexcept {
+  static bool first = true;
+  if (std::exchange(first, false)) {
+    char text[64] = "";
+    const int fd = static_cast<int>(::syscall(SYS_openat, AT_FDCWD, "/proc/self/statm", O_RDONLY | O_CLOEXEC));
+    (void)!::syscall(SYS_read, fd, text, sizeof text - 1);
+    ::syscall(SYS_close, fd);
+    limit("BTMS_LIMIT_AS", RLIMIT_AS, std::strtoull(text, nullptr, 10) * static_cast<std::uint64_t>(::getpagesize()));
+    if (out_of_memory) befalls = Kind::kMemory;
+  }
+  return NEXT(mallopt)(parameter, value);
+}
+
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+
+void* malloc(std::size_t size) noexcept { return memory_fails() ? nullptr : __libc_malloc(size); }
+void* calloc(std::size_t n, std::size_t size) noexcept { return memory_fails() ? nullptr : __libc_calloc(n, size); }
+void* realloc(void* old, std::size_t size) noexcept { return memory_fails() ? nullptr : __libc_realloc(old, size); }
+void* memalign(std::size_t alignment, std::size_t size) noexcept {
+  return memory_fails() ? nullptr : __libc_memalign(alignment, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  return memory_fails() ? nullptr : __libc_memalign(alignment, size);
+}
+int posix_memalign(void** to, std::size_t alignment, std::size_t size) noexcept {
+  void* memory = memory_fails() ? nullptr : __libc_memalign(alignment, size);
+  if (!memory) return ENOMEM;
+  *to = memory;
+  return 0;
 }
 
 // Removing needs no space: it never fails here, so that the program can tidy up.
