@@ -24,6 +24,14 @@ int exit_status(ErrorCode code);
 // Short lower-case name for reports ("bad_input").
 const char* error_name(ErrorCode code);
 
+// Why a system call failed, from its errno, and where there is a remedy, what to do: "No space left on device; free
+// some space, or choose another folder".
+std::string system_reason(int error);
+
+// What is said where std::bad_alloc ends the work.
+inline constexpr char kOutOfMemory[] =
+    "out of memory; close other programs, allow more (ulimit -v), or use less (--memory)";
+
 class Error : public std::runtime_error {
  public:
   // what(): "file:offset: message" with the parts that are known. The message says what was found, what was expected

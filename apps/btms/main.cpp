@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <new>
 #include <span>
@@ -58,7 +59,7 @@ int run(const Command& command) {
   } catch (const Error& error) {
     return report_error(error, *command.common);
   } catch (const std::bad_alloc&) {
-    return report_error(Error(ErrorCode::kFailed, "out of memory"), *command.common);
+    return report_error(Error(ErrorCode::kFailed, kOutOfMemory), *command.common);
   } catch (const std::exception& error) {
     return report_error(Error(ErrorCode::kFailed, error.what()), *command.common);
   }
@@ -84,12 +85,7 @@ void keep_freed_memory() {
   mallopt(M_TRIM_THRESHOLD, kNever_bytes);
 }
 
-}  // namespace
-}  // namespace btms
-
-int main(int argc, char** argv) {
-  using namespace btms;
-  keep_freed_memory();
+int parse_and_run(int argc, char** argv) {
   CLI::App app(kDescription, "btms");
   app.footer(kFooter);
   app.set_version_flag("--version", "btms " BTMS_VERSION "\n" BTMS_LIBRARIES);
@@ -108,4 +104,20 @@ int main(int argc, char** argv) {
   for (const Command& command : commands)
     if (command.app->parsed()) return run(command);
   return exit_status(ErrorCode::kUsage);
+}
+
+}  // namespace
+}  // namespace btms
+
+int main(int argc, char** argv) {
+  btms::keep_freed_memory();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write
+  try {
+    return btms::parse_and_run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "btms: error: %s\n", btms::kOutOfMemory);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "btms: error: %s\n", error.what());
+  }
+  return btms::exit_status(btms::ErrorCode::kFailed);
 }

@@ -7,6 +7,7 @@
 
 #include "engine/error.h"
 #include "engine/tiling/spill.h"
+#include "io/files/atomic_file.h"
 #include "io/store/map_folder.h"
 
 namespace btms {
@@ -69,9 +70,7 @@ void prepare_label_folder(const PointFiles& inputs, const fs::path& folder, bool
   for (std::size_t i = 0; i < outputs.size(); ++i)
     if (!fs::exists(outputs[i])) bytes += label_bytes(*inputs[i]);
   require_disk(folder, bytes, "or choose another output folder");
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), folder.string());
+  make_folders(folder);
 }
 
 void check_picture(const fs::path& picture, const fs::path& map, std::span<const fs::path> inputs) {

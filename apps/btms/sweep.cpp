@@ -13,6 +13,7 @@
 #include "apps/btms/sweep_report.h"
 #include "engine/error.h"
 #include "engine/tiling/scan_segmenter.h"
+#include "io/files/atomic_file.h"
 
 namespace btms {
 namespace {
@@ -142,9 +143,7 @@ int run_sweep(const SweepCommand& command) {
   for (SweepRow& row : sweep.rows) row.files.resize(inputs.size());
   const fs::path folder(command.output), csv = folder / "sweep.csv", svg = folder / "sweep.svg";
   refuse_existing(std::array{csv, svg}, command.force);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), folder.string());
+  make_folders(folder);
 
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());

@@ -11,6 +11,7 @@
 #include "apps/btms/stop_signal.h"
 #include "apps/btms/synth_drive.h"
 #include "engine/error.h"
+#include "io/files/atomic_file.h"
 #include "io/points/las_writer.h"
 
 namespace btms {
@@ -116,9 +117,7 @@ int run_synth(const SynthCommand& command) {
                                                     ? command.arguments.scene.name + ".las"
                                                     : fmt::format("{}_{:03}.las", command.arguments.scene.name, k)));
   refuse_existing(paths, command.force);
-  std::error_code error;
-  fs::create_directories(command.output, error);
-  if (error) throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), command.output);
+  make_folders(command.output);
 
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());

@@ -74,12 +74,7 @@ void prepare(const Layout& layout, std::size_t scans, std::uint64_t bytes, bool 
   refuse_leftovers(layout.folder / "velodyne", points);
   refuse_leftovers(layout.folder / "labels", labels);
   require_disk(layout.folder, bytes, "or choose another output folder");
-  for (const char* name : {"velodyne", "labels"}) {
-    std::error_code error;
-    fs::create_directories(layout.folder / name, error);
-    if (error)
-      throw Error(ErrorCode::kFailed, "cannot make the output folder: " + error.message(), layout.folder.string());
-  }
+  for (const char* name : {"velodyne", "labels"}) make_folders(layout.folder / name);
 }
 
 void write_poses(const Layout& layout, const Drive& drive) {

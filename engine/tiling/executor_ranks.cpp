@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <exception>
+#include <new>
 #include <sstream>
 #include <utility>
 
@@ -117,7 +117,7 @@ class ForkedRanks final : public Ranks {
       if (!busy) break;
       if (::poll(waiting.data(), waiting.size(), -1) < 0) {
         if (errno == EINTR) continue;
-        throw Error(ErrorCode::kFailed, std::string("waiting for other ranks: ") + std::strerror(errno));
+        throw Error(ErrorCode::kFailed, "waiting for other ranks: " + system_reason(errno));
       }
       for (std::size_t i = 0; i < transfers.size(); ++i) {
         Transfer& t = transfers[i];
@@ -193,6 +193,8 @@ std::string run_rank(Ranks& ranks, const std::function<void(Ranks&)>& body) {
     return report_of(e, true);
   } catch (const Error& e) {
     return report_of(e, false);
+  } catch (const std::bad_alloc&) {
+    return report_of(Error(ErrorCode::kFailed, kOutOfMemory), false);
   } catch (const std::exception& e) {
     return report_of(Error(ErrorCode::kFailed, e.what()), false);
   } catch (...) {
@@ -206,7 +208,7 @@ struct Child {
 };
 
 [[noreturn]] void cannot_start(const std::vector<Child>& started) {
-  const std::string reason = std::strerror(errno);
+  const std::string reason = system_reason(errno);
   for (const Child& c : started) {
     ::kill(c.pid, SIGKILL);
     ::waitpid(c.pid, nullptr, 0);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <string>
 #include <utility>
 
@@ -22,8 +21,9 @@ constexpr std::size_t kMaxTransfer_bytes = std::size_t{1} << 30;
   const int error = errno;
   const bool full = error == ENOSPC || error == EDQUOT;
   throw Error(ErrorCode::kFailed,
-              what + ": " + std::strerror(error) +
-                  (full ? "; free some space, name another folder with --spill, or allow more --memory" : ""),
+              what + ": " +
+                  (full ? "the disk is full; free some space, name another folder with --spill, or allow more --memory"
+                        : system_reason(error)),
               folder.string());
 }
 

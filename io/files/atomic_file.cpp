@@ -59,8 +59,7 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::fail(int error, const char* doing) const {
-  throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + std::generic_category().message(error),
-              path_.string());
+  throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + system_reason(error), path_.string());
 }
 
 // A short name of its own: the final name with a suffix could exceed what the file system allows.
@@ -176,10 +175,21 @@ void write_file(const fs::path& path, std::span<const std::uint8_t> bytes) {
   file.commit();
 }
 
+void make_folders(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::is_directory(folder, ignored)) return;
+  const fs::path parent = folder_of(folder);
+  if (parent != folder && parent != ".") make_folders(parent);
+  if (folder.filename().empty()) return;  // a/b/ is a/b
+  if (::mkdir(folder.c_str(), 0777) == 0) return sync_folder(parent);
+  const int error = errno;
+  if (!fs::is_directory(folder, ignored))  // another rank was first
+    throw Error(ErrorCode::kFailed, "cannot make the folder: " + system_reason(error), folder.string());
+}
+
 void sync_folder(const fs::path& folder) {
   const auto fail = [&](const char* doing) {
-    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + ": " + std::generic_category().message(errno),
-                folder.string());
+    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + ": " + system_reason(errno), folder.string());
   };
   const Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (fd.get() < 0) fail("open the folder");

@@ -52,6 +52,9 @@ class AtomicFile {
 // All of a file at once, checked and committed.
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 
+// Makes `folder`, and those above it that don't exist, with durable names. Throws Error(kFailed).
+void make_folders(const std::filesystem::path& folder);
+
 // Makes names in `folder` durable. Throws Error(kFailed).
 void sync_folder(const std::filesystem::path& folder);
 

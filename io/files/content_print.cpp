@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <system_error>
 #include <vector>
 
 #include "engine/error.h"
@@ -18,7 +17,7 @@ namespace btms {
 ContentPrint content_print(const std::filesystem::path& file) {
   constexpr std::uint64_t kBlock_bytes = 64 << 10, kBlocks = 64;
   const auto fail = [&](const char* doing) {
-    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + std::generic_category().message(errno),
+    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + system_reason(errno),
                 file.string());
   };
   const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));

@@ -13,7 +13,7 @@ namespace btms {
 std::vector<std::uint8_t> read_file(const std::filesystem::path& file, std::uint64_t limit_bytes,
                                     ErrorCode missing_is) {
   const auto fail = [&](const char* what, int error) {
-    throw Error(ErrorCode::kFailed, std::string("could not ") + what + ": " + std::strerror(error), file.string());
+    throw Error(ErrorCode::kFailed, std::string("could not ") + what + ": " + system_reason(error), file.string());
   };
   const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (fd.get() < 0) {

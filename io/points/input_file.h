@@ -59,4 +59,8 @@ class InputFile {
   State state_;
 };
 
+// Throws "cannot DOING: why" about an input: Error(kBadInput) when it is missing or unreadable, Error(kFailed) for a
+// lack of handles or memory, or a failing disk, which are not its fault.
+[[noreturn]] void throw_input_error(int error, const char* doing, const std::filesystem::path& path);
+
 }  // namespace btms

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "engine/error.h"
+#include "io/points/input_file.h"
 #include "io/points/point_file.h"
 
 namespace btms {
@@ -40,7 +41,7 @@ std::vector<fs::path> files_in(const fs::path& folder, std::vector<std::string>&
     if (has_extension(it->path(), known)) files.push_back(it->path());
     if (has_extension(it->path(), std::array{std::string(".laz")})) ++laz;
   }
-  if (error) throw Error(ErrorCode::kBadInput, "cannot read the folder: " + error.message(), folder.string());
+  if (error) throw_input_error(error.value(), "read the folder", folder);
   const std::string advice =
       " not supported in this build: decompress to .las first, for example with `laszip -i a.laz "
       "-o a.las` or `pdal translate a.laz a.las`";

@@ -1,6 +1,7 @@
 #include "io/points/point_file.h"
 
 #include "engine/error.h"
+#include "io/files/atomic_file.h"
 #include "io/points/extension.h"
 #include "io/points/kitti.h"
 #include "io/points/las.h"
@@ -87,9 +88,7 @@ std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::fi
     throw Error(ErrorCode::kUsage, "labels would replace the input itself; choose another output folder",
                 output.string());
   }
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw Error(ErrorCode::kFailed, "cannot create the folder: " + error.message(), folder.string());
+  make_folders(folder);
   return format.create_labels(input, output);
 }
 

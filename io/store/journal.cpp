@@ -7,7 +7,6 @@
 #include <limits>
 #include <map>
 #include <string_view>
-#include <system_error>
 
 #include "engine/error.h"
 #include "io/files/atomic_file.h"
@@ -96,7 +95,7 @@ Journal::Journal(const fs::path& folder, int rank, std::uint64_t revision, const
     : path_(folder / journal_name(rank)),
       fd_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666)) {
   if (fd_.get() < 0)
-    throw Error(ErrorCode::kFailed, "cannot create it: " + std::generic_category().message(errno), path_.string());
+    throw Error(ErrorCode::kFailed, "cannot create it: " + system_reason(errno), path_.string());
   if (::lseek(fd_.get(), 0, SEEK_END) > 0) {
     // What a torn last line would swallow begins on a line of its own.
     append("\n");
@@ -108,7 +107,7 @@ Journal::Journal(const fs::path& folder, int rank, std::uint64_t revision, const
 
 void Journal::append(const std::string& text) {
   const auto fail = [&](const char* doing) {
-    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + std::generic_category().message(errno),
+    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + system_reason(errno),
                 path_.string());
   };
   for (std::size_t done = 0; done < text.size();) {

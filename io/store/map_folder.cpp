@@ -94,11 +94,9 @@ std::optional<std::uint64_t> shard_revision(const std::string& name) {
 }
 
 void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (fs::is_directory(folder)) return;
-  if (fs::exists(folder)) throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
-  throw Error(ErrorCode::kFailed, "could not create the folder: " + error.message(), folder.string());
+  if (fs::exists(folder) && !fs::is_directory(folder))
+    throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
+  make_folders(folder);
 }
 
 Descriptor lock_folder(const fs::path& folder) {
@@ -108,8 +106,7 @@ Descriptor lock_folder(const fs::path& folder) {
     Descriptor fd = open_folder(folder);
     if (fd.get() < 0) {
       if (errno == ENOENT) continue;
-      throw Error(ErrorCode::kFailed, "could not open the folder: " + std::generic_category().message(errno),
-                  folder.string());
+      throw Error(ErrorCode::kFailed, "could not open the folder: " + system_reason(errno), folder.string());
     }
     if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) break;
     if (is_same(fd, folder)) return fd;
@@ -143,11 +140,7 @@ std::uint64_t start_revision(const fs::path& folder) {
   } else if (holds_foreign_files(folder)) {
     throw Error(ErrorCode::kUsage, "exists and is not a map", folder.string());
   }
-  std::error_code error;
-  fs::create_directories(folder / kShardFolder, error);
-  if (error)
-    throw Error(ErrorCode::kFailed, "could not create the folder: " + error.message(),
-                (folder / kShardFolder).string());
+  make_folders(folder / kShardFolder);
   return revision;
 }
 
@@ -159,9 +152,18 @@ std::optional<Manifest> read_manifest_of(const fs::path& folder) {
   }
 }
 
-std::uint64_t published_revision(const fs::path& folder) {
+std::optional<std::uint64_t> published_revision(const fs::path& folder) {
+  if (!fs::exists(folder / kManifest)) return 0;
   const auto manifest = read_manifest_of(folder);
-  return manifest ? manifest->info.revision : 0;
+  if (!manifest) return {};
+  return manifest->info.revision;
+}
+
+std::set<std::string> published_shards(const fs::path& folder) {
+  std::set<std::string> names;
+  if (fs::exists(folder / kManifest))
+    for (const ShardEntry& shard : read_manifest(folder).shards) names.insert(shard.file);
+  return names;
 }
 
 void remove_unreferenced(const fs::path& folder, const std::set<std::string>& keep) {

@@ -113,8 +113,9 @@ class FolderReader final : public MapReader {
       bytes = read_file(file, shard.bytes, ErrorCode::kVerification);
     } catch (const Error& e) {
       if (e.code() != ErrorCode::kVerification) throw;
-      throw damaged(fs::exists(file) ? "the file has grown"
-                                     : "the file is missing (a newer revision may have replaced it)");
+      throw damaged(fs::exists(file)
+                        ? "the file has grown"
+                        : "the file is missing (newer revisions may have replaced it: open the map again)");
     }
     if (bytes.size() != shard.bytes)
       throw damaged("file has " + std::to_string(bytes.size()) + " bytes, the manifest says " +

@@ -75,8 +75,8 @@ class MapWriter : public TileSink {
   virtual std::vector<std::uint8_t> finish() = 0;
 
   // Rank 0: writes manifest and map.nc from every rank's finish() bytes, and renames the manifest into place: the
-  // commit point, then map.nc. Shards of an older revision are deleted after that. Layout, revision and digest of
-  // `info` are filled in here, and its CRS is normalised. Every rank must have finished.
+  // commit point, then map.nc. Shards that neither this revision nor the one before it names are deleted after that.
+  // Layout, revision and digest of `info` are filled in here, and its CRS is normalised. Every rank must have finished.
   virtual void publish(const MapInfo& info, const std::vector<std::vector<std::uint8_t>>& entries) = 0;
 };
 

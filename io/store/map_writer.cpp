@@ -33,8 +33,11 @@ class FolderWriter final : public MapWriter {
         lock_(rank_ == 0 ? lock_folder(folder) : Descriptor()),
         revision_(start_revision(folder)) {
     if (rank_ != 0) return;
-    if (!options.resume) remove_revision(folder_, revision_);
-    refuse_another_build();
+    const auto interrupted = read_journals(folder_);
+    if (!options.resume || !interrupted || interrupted->revision != revision_)
+      remove_revision(folder_, revision_);
+    else
+      refuse_another_build(*interrupted);
     journal_.emplace(folder_, rank_, revision_, identity_);
   }
 
@@ -46,7 +49,7 @@ class FolderWriter final : public MapWriter {
     }
     // As long as rank 0 lives, it has the lock and cares for what every rank has written.
     const auto lock = share_unlocked_folder(folder_);
-    if (lock && published_revision(folder_) < revision_) give_up();
+    if (lock) give_up();
   }
 
   std::uint64_t revision() const override { return revision_; }
@@ -90,6 +93,10 @@ class FolderWriter final : public MapWriter {
     if (!m.info.crs_wkt.empty() && (!crs_ || crs_->wkt != m.info.crs_wkt)) crs_ = describe_crs(m.info.crs_wkt);
     m.info.crs_wkt = crs_ ? crs_->wkt : "";
 
+    // Readers that have just opened the old revision can finish: its shards stay until the next publish.
+    std::set<std::string> keep = published_shards(folder_);
+    for (const ShardEntry& s : m.shards) keep.insert(s.file);
+
     sync_folder(folder_ / kShardFolder);  // the names of every rank's shards
     if (m.info.updatable_since > 0) sync_folder(folder_ / kRoundFolder);
     const std::vector<std::uint8_t> view_bytes = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
@@ -109,8 +116,6 @@ class FolderWriter final : public MapWriter {
       fs::remove(folder_ / kMapNc, ignored);
     sync_folder(folder_);
 
-    std::set<std::string> keep;
-    for (const ShardEntry& s : m.shards) keep.insert(s.file);
     remove_unreferenced(folder_, keep);
     remove_journals(folder_);
     prune_round_files(folder_, revision_, m.info.updatable_since);
@@ -224,10 +229,8 @@ class FolderWriter final : public MapWriter {
     }
   }
 
-  void refuse_another_build() const {
-    const auto interrupted = read_journals(folder_);
-    if (!interrupted || interrupted->revision != revision_) return;
-    if (const std::string what = identity_difference(interrupted->identity, identity_); !what.empty())
+  void refuse_another_build(const Interrupted& interrupted) const {
+    if (const std::string what = identity_difference(interrupted.identity, identity_); !what.empty())
       throw Error(ErrorCode::kUsage,
                   "the interrupted build there was another one (" + what +
                       "); leave out --resume to begin afresh, or choose another name",
@@ -242,8 +245,10 @@ class FolderWriter final : public MapWriter {
     return file;
   }
 
-  // What is committed stays.
+  // What is committed stays. What is published too: an error can follow the rename of the manifest.
   void give_up() const {
+    const auto published = published_revision(folder_);
+    if (!published || *published >= revision_) return;
     const auto interrupted = read_journals(folder_);
     if (interrupted && interrupted->revision == revision_ &&
         (!interrupted->entries.empty() || has_round_files(folder_, revision_))) {

@@ -191,8 +191,7 @@ void RoundFiles::save(int number, TileId tile, std::vector<std::uint8_t>&& recor
     const std::lock_guard lock(mutex_);
     Writing& writing = writing_[number];
     if (!writing.file) {
-      std::error_code ignored;
-      fs::create_directories(folder_, ignored);
+      make_folders(folder_);
       writing.file = std::make_unique<AtomicFile>(
           folder_ / FileName{number, options_.rank, options_.ranks, options_.revision}.text());
     }
@@ -212,8 +211,7 @@ void RoundFiles::finish(int number) {
   if (!writing.file) {
     // Where every rank's file counts, one without records counts too.
     if (options_.follow || fs::exists(path)) return;
-    std::error_code ignored;
-    fs::create_directories(folder_, ignored);
+    make_folders(folder_);
     writing.file = std::make_unique<AtomicFile>(path);
   }
   writing.file->write(writing.end, raw(writing.blocks));

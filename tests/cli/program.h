@@ -70,8 +70,10 @@ struct Outcome {
 // The program, started; wait() ends it.
 class Running {
  public:
-  explicit Running(const std::vector<std::string>& arguments, const std::string& input = {}) {
+  // stdout goes to `out` where one is named.
+  explicit Running(const std::vector<std::string>& arguments, const std::string& input = {}, std::string out = {}) {
     write_text(folder_ / "in", input);
+    if (out.empty()) out = folder_ / "out";
     std::vector<std::string> words{BTMS_PROGRAM};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
@@ -80,7 +82,7 @@ class Running {
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_addopen(&files, 0, (folder_ / "in").c_str(), O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, 1, (folder_ / "out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_addopen(&files, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     posix_spawn_file_actions_addopen(&files, 2, (folder_ / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     EXPECT_EQ(posix_spawn(&pid_, BTMS_PROGRAM, &files, nullptr, argv.data(), environ), 0);
     posix_spawn_file_actions_destroy(&files);

@@ -161,7 +161,7 @@ TEST(LasLabels, NeedAFolderThatCanBeWritten) {
   const TemporaryFolder folder;
   const auto file = open_points(folder.write("a.las", las_bytes({})));
   const auto occupied = folder.write("occupied", std::string("a file"));
-  expect_error(ErrorCode::kFailed, occupied, {"cannot create the folder"}, [&] { create_labels(*file, occupied); });
+  expect_error(ErrorCode::kFailed, occupied, {"cannot make the folder"}, [&] { create_labels(*file, occupied); });
 }
 
 }  // namespace

@@ -121,16 +121,22 @@ TEST(MapStore, ASecondBuildReplacesTheFirst) {
   const auto writer = MapWriter::create(folder, layout);
   for (const auto& [id, tile] : second) writer->put(id, TerrainTile(tile));
   const auto entries = writer->finish();
-  EXPECT_EQ(MapReader::open(folder)->info().revision, 1u);
-  EXPECT_EQ(digest(*MapReader::open(folder)->load({0, 0})), digest(first.at({0, 0})));
+  const auto old = MapReader::open(folder), slow = MapReader::open(folder);
+  EXPECT_EQ(old->info().revision, 1u);
+  EXPECT_EQ(digest(*old->load({0, 0})), digest(first.at({0, 0})));
   writer->publish({}, {entries});
 
   const auto map = MapReader::open(folder);
   EXPECT_EQ(map->info().revision, 2u);
   EXPECT_EQ(map->tiles().size(), 1u);
   EXPECT_EQ(digest(*map->load({0, 0})), digest(second.at({0, 0})));
-  EXPECT_EQ(files_in(folder / "shards").size(), 1u);
+  EXPECT_EQ(files_in(folder / "shards").size(), 1 + first.size());
   EXPECT_EQ(files_in(folder).size(), 3u);
+  // Who has the old revision open can finish; outrun by another one no more.
+  for (const auto& [id, tile] : first) EXPECT_EQ(digest(*old->load(id)), digest(tile));
+  write_map(folder, layout, second);
+  EXPECT_EQ(files_in(folder / "shards").size(), 2u);
+  EXPECT_EQ(thrown_code([&] { slow->load({0, 0}); }), ErrorCode::kVerification);
 }
 
 TEST(MapStore, AnAbandonedWriterLeavesTheOldMap) {
