@@ -5,6 +5,7 @@
 // executor, thread count, rank count, and order or splitting of the inputs.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -52,9 +53,12 @@ struct PhaseTime {
 struct BuildSummary {
   MapLayout layout;
   Digest digest;
-  std::uint64_t points = 0;        // points that took part
-  std::uint64_t not_finite = 0;    // dropped
-  std::uint64_t out_of_range = 0;  // dropped
+  std::uint64_t points = 0;          // points that took part
+  std::uint64_t not_finite = 0;      // dropped
+  std::uint64_t out_of_range = 0;    // dropped
+  std::uint64_t strays = 0;          // dropped: see strays.h
+  std::uint64_t outside_box = 0;     // kept, although outside the box that their file declares
+  std::array<double, 4> extent_m{};  // west, south, east, north of the squares that hold points
   std::uint64_t tiles = 0;
   std::uint64_t nodes = 0;  // nodes with points, or with a surface
   std::uint64_t observed = 0, predicted = 0, obstacle = 0, filled = 0, unknown = 0;
