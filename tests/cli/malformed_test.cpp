@@ -12,17 +12,6 @@
 namespace btms::test {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // time and memory say nothing
-#else
-constexpr bool kSanitized = false;
-#endif
-
-// An address space of 512 MB: enough to say no, whatever the file claims.
-const std::vector<std::string> kLittleMemory =
-    kSanitized ? std::vector<std::string>{}
-               : std::vector<std::string>{"/bin/sh", "-c", "ulimit -v 524288; exec \"$0\" \"$@\""};
-
 std::string text_of(const Bytes& bytes) { return {bytes.begin(), bytes.end()}; }
 
 Bytes scan_bytes(const std::vector<std::array<float, 3>>& points) {
@@ -68,13 +57,13 @@ class Malformation : public testing::Test {
     return all;
   }
 
-  // One line that names the file and holds every word, at once and in little memory, and nothing changed.
+  // One line that names the file and holds every word, at once in an address space of 512 MB, and nothing changed.
   void expect_refused(std::vector<std::string> call, const std::string& file, const std::vector<std::string>& says,
                       int status = 3) {
     SCOPED_TRACE(testing::PrintToString(call));
     const auto before = contents();
     call.emplace_back("--json");
-    const Outcome outcome = Running(call, {}, kLittleMemory).wait();
+    const Outcome outcome = kSanitized ? run(call) : run_in_memory(512, call);
     EXPECT_EQ(outcome.status, status) << outcome.err;
     std::string error = outcome.err.substr(outcome.err.find("error: ") + 7);
     EXPECT_EQ(error.find('\n'), error.size() - 1) << error;

@@ -74,11 +74,12 @@ struct Outcome {
 // The program, started; wait() ends it.
 class Running {
  public:
-  // `through`: the words of a command that runs the rest of its arguments.
-  explicit Running(const std::vector<std::string>& arguments, const std::string& input = {},
-                   std::vector<std::string> through = {}) {
+  // stdout goes to `out` where one is named. `through`: the words of a command that runs the rest of its arguments.
+  explicit Running(const std::vector<std::string>& arguments, const std::string& input = {}, std::string out = {},
+                   const std::vector<std::string>& through = {}) {
     write_text(folder_ / "in", input);
-    std::vector<std::string> words = std::move(through);
+    if (out.empty()) out = folder_ / "out";
+    std::vector<std::string> words = through;
     words.emplace_back(BTMS_PROGRAM);
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
@@ -87,7 +88,7 @@ class Running {
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_addopen(&files, 0, (folder_ / "in").c_str(), O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, 1, (folder_ / "out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_addopen(&files, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     posix_spawn_file_actions_addopen(&files, 2, (folder_ / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     EXPECT_EQ(posix_spawn(&pid_, words[0].c_str(), &files, nullptr, argv.data(), environ), 0);
     posix_spawn_file_actions_destroy(&files);
@@ -118,6 +119,18 @@ class Running {
 inline Outcome run(const std::vector<std::string>& arguments, const std::string& input = {}) {
   return Running(arguments, input).wait();
 }
+
+// The same in an address space of so many megabytes.
+inline Outcome run_in_memory(int megabytes, const std::vector<std::string>& arguments) {
+  const std::string limit = "ulimit -v " + std::to_string(megabytes * 1024) + "; exec \"$0\" \"$@\"";
+  return Running(arguments, {}, {}, {"/bin/sh", "-c", limit}).wait();
+}
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;  // time and memory say nothing, and address space cannot be limited
+#else
+constexpr bool kSanitized = false;
+#endif
 
 // Runs, expects success, and gives stdout as JSON.
 inline nlohmann::json run_json(std::vector<std::string> arguments, const std::string& input = {}) {
