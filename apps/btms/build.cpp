@@ -207,7 +207,8 @@ constexpr const char* kFooter =
     "  btms build tiles/ -o city.btms --dry-run\n"
     "\n"
     "The map has the same digest for any order or splitting of the inputs, tile size, executor and thread count.\n"
-    "An older map in the same place is replaced only once the new one is complete.";
+    "An older map in the same place is replaced only once the new one is complete.\n"
+    "A few points more than 10 km from all others are left out and counted as astray.";
 
 }  // namespace
 

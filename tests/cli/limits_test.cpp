@@ -132,7 +132,7 @@ TEST_F(CliLimits, TooLittleMemoryIsAMessage) {
   fs::resize_file(folder_ / "large.bin", 640'000'000);  // 40 million points in one place
   const std::vector<std::vector<std::string>> calls = {
       {"build", folder_ / "large.bin", "-o", folder_ / "new.btms", "--preset", "paper-single-scan"},
-      {"build", folder_ / "large.bin", "-o", folder_ / "new.btms", "--executor", "ranks:2"},
+      {"build", folder_ / "large.bin", "-o", folder_ / "new.btms", "--preset", "city"},
       {"segment", folder_ / "large.bin", "-o", folder_ / "out"},
       {"eval", "--truth", folder_ / "large.label", "--prediction", folder_ / "large.label", "--sensor-height", "0"},
   };
