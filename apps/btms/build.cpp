@@ -74,11 +74,10 @@ std::optional<std::int32_t> parse_tile_cells(const std::string& text) {
               fmt::format("--tile-cells: found `{}`, expected a number from 1 to 32768, whole or auto", text));
 }
 
-// What every rank runs: opens the inputs itself, builds its share, writes its shards; rank 0 publishes.
+// What every rank runs: builds its share, writes its shards; rank 0 publishes.
 // Returns the summary, the same on every rank.
-BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> paths, BuildOptions options,
-                        MapInfo info, const Continuation& going_on, const Executor& executor, Ranks& ranks) {
-  const PointFiles files = open_all(paths);
+BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, BuildOptions options, MapInfo info,
+                        const Continuation& going_on, const Executor& executor, Ranks& ranks) {
   std::vector<const PointSource*> sources;
   for (const auto& file : files) sources.push_back(file.get());
   const auto threads =
@@ -120,7 +119,7 @@ BuildSummary build_rank(const BuildCommand& command, std::span<const fs::path> p
     info.updatable_since = going_on.since;
     info.digest = summary.digest;
     info.points = summary.points;
-    info.dropped = summary.not_finite + summary.out_of_range;
+    info.dropped = summary.not_finite + summary.out_of_range + summary.strays;
     writer->publish(info, entries);
   }
   ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size())));  // no rank ends before the map is there
@@ -188,22 +187,21 @@ int run_build(const BuildCommand& command) {
   info.parameters = choice.parameters;
   info.preset = choice.preset;
   BuildReport report;
-  {
-    const PointFiles files = open_all(paths);
-    log_warnings(list, files);
-    report.warnings = list.warnings;
-    const std::size_t logged = report.warnings.size();
-    info.crs_wkt = agreed_crs(files, command.crs, report.warnings);
-    for (std::size_t i = logged; i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
-    for (const auto& file : files) {
-      info.inputs.push_back(input_record(*file, command.output));
-      report.inputs.push_back(input_json(*file));
-    }
+  // Opened once: a file that changes from here on is noticed when it is read.
+  const PointFiles files = open_all(paths);
+  log_warnings(list, files);
+  report.warnings = list.warnings;
+  const std::size_t logged = report.warnings.size();
+  info.crs_wkt = agreed_crs(files, command.crs, report.warnings);
+  for (std::size_t i = logged; i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
+  for (const auto& file : files) {
+    info.inputs.push_back(input_record(*file, command.output));
+    report.inputs.push_back(input_json(*file));
   }
   spdlog::debug("{} inputs, preset {}, executor {}", paths.size(), choice.preset, command.executor);
   if (command.dry_run) {
     const int threads = executor.parallel ? std::max(command.common.thread_count(), executor.ranks) : 1;
-    print_dry_run(dry_run(open_all(paths), options, threads), command.common.json);
+    print_dry_run(dry_run(files, options, threads), command.common.json);
     return 0;
   }
 
@@ -218,7 +216,7 @@ int run_build(const BuildCommand& command) {
   watch_stop_signals();
   const auto begun = std::chrono::steady_clock::now();
   const auto body = [&](Ranks& ranks) {
-    BuildSummary summary = build_rank(command, paths, options, info, going_on, executor, ranks);
+    BuildSummary summary = build_rank(command, files, options, info, going_on, executor, ranks);
     if (ranks.rank() == 0) report.summary = std::move(summary);
   };
   try {
@@ -234,18 +232,24 @@ int run_build(const BuildCommand& command) {
   report.updated = going_on.follow;
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 
-  if (report.summary.observed + report.summary.predicted == 0) {
-    report.warnings.emplace_back(
+  const auto warn = [&](std::string warning) {
+    spdlog::warn("{}", warning);
+    report.warnings.push_back(std::move(warning));
+  };
+  if (report.summary.strays > 0)
+    warn(
+        fmt::format("{} more than 10 km from all others: left out as astray", counted(report.summary.strays, "point")));
+  if (report.summary.outside_box > 0)
+    warn(fmt::format("{} outside the bounding box of the file's header: kept",
+                     counted(report.summary.outside_box, "point")));
+  if (report.summary.observed + report.summary.predicted == 0)
+    warn(
         "no terrain was found: try a smaller --resolution or --min-points, or --preset partial-map for a map made by "
         "a robot");
-    spdlog::warn("{}", report.warnings.back());
-  }
-  if (info.trajectory && !bore_the_sensor(*MapReader::open(command.output), options.trajectory)) {
-    report.warnings.emplace_back(
+  if (info.trajectory && !bore_the_sensor(*MapReader::open(command.output), options.trajectory))
+    warn(
         "the trajectory changes nothing: no pose lies close above the map's terrain; is it in the frame of the points, "
         "in metres?");
-    spdlog::warn("{}", report.warnings.back());
-  }
   report.trajectory = info.trajectory;
   if (!command.picture.empty()) write_relief(*MapReader::open(command.output), command.picture, kReliefPixels, layer);
   report.map = command.output;
@@ -268,7 +272,8 @@ constexpr const char* kFooter =
     "  btms build survey2.las -o city.btms --update           # and --remove old.las, --replace\n"
     "\n"
     "The map has the same digest for any order or splitting of the inputs, tile size, executor and thread count.\n"
-    "An older map in the same place is replaced only once the new one is complete.";
+    "An older map in the same place is replaced only once the new one is complete.\n"
+    "A few points more than 10 km from all others are left out and counted as astray.";
 
 }  // namespace
 

@@ -20,7 +20,9 @@ Json report_json(const BuildReport& report) {
   if (!report.picture.empty()) json["picture"] = report.picture;
   json["digest"] = s.digest.hex();
   json["points"] = s.points;
-  json["dropped"] = {{"not_finite", s.not_finite}, {"out_of_range", s.out_of_range}};
+  json["dropped"] = {{"not_finite", s.not_finite}, {"out_of_range", s.out_of_range}, {"strays", s.strays}};
+  json["outside_box"] = s.outside_box;
+  json["extent_m"] = s.extent_m;
   json["tiles"] = s.tiles;
   if (report.updated)
     json["update"] = {{"tiles_worked_on", s.tiles_recomputed}, {"tiles_in_reach", s.tiles_in_reach},
@@ -58,7 +60,9 @@ void print_build_report(const BuildReport& report, bool as_json) {
   TextTable table(TextTable::Align::kLeft);
   table.row({"points", fmt::format("{} from {}", grouped(s.points), counted(report.inputs.size(), "file"))});
   if (report.trajectory) table.row({"trajectory", trajectory_text(*report.trajectory)});
-  table.row({"dropped", fmt::format("{} not finite, {} out of range", grouped(s.not_finite), grouped(s.out_of_range))});
+  table.row({"dropped", fmt::format("{} not finite, {} out of range, {} astray", grouped(s.not_finite),
+                                    grouped(s.out_of_range), grouped(s.strays))});
+  table.row({"extent", fmt::format("{:.0f} x {:.0f} m", s.extent_m[2] - s.extent_m[0], s.extent_m[3] - s.extent_m[1])});
   table.row({"tiles", grouped(s.tiles)});
   if (report.updated)
     table.row({"update", fmt::format("{} worked on, {} in reach of the changes, {} renewed", grouped(s.tiles_recomputed),

@@ -13,9 +13,10 @@ struct InfoCommand {
 };
 
 int run_info(const InfoCommand& command) {
-  if (!std::filesystem::exists(std::filesystem::symlink_status(command.path)))
+  std::error_code ignored;  // of links in a circle: the reader says what is wrong with them
+  if (!std::filesystem::exists(std::filesystem::symlink_status(command.path, ignored)))
     throw Error(ErrorCode::kUsage, "there is no such file or map", command.path);
-  if (std::filesystem::is_directory(command.path))
+  if (std::filesystem::is_directory(command.path, ignored))
     print_map(command.path, command.common.json, *make_threads(command.common.thread_count()));
   else
     print_point_file(command.path, command.common.json);

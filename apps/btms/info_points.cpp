@@ -1,8 +1,9 @@
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <array>
 #include <optional>
-#include <unordered_set>
+#include <vector>
 
 #include "apps/btms/info.h"
 #include "apps/btms/inputs.h"
@@ -18,13 +19,39 @@ struct Extent {
   std::uint64_t points = 0, square_metres = 0;  // squares of 1 m x 1 m with a point
 };
 
+// How many different ones there are, in at most 16 bytes each.
+class Squares {
+ public:
+  void add(std::int64_t square) {
+    if (all_.size() >= kMost || (!all_.empty() && all_.back() == square)) return;
+    all_.push_back(square);
+    if (all_.size() >= wanted_) {
+      tidy_up();
+      wanted_ = std::max(wanted_, 2 * all_.size());
+    }
+  }
+  // 0 when there are too many to tell.
+  std::uint64_t count() {
+    tidy_up();
+    return all_.size() < kMost ? all_.size() : 0;
+  }
+
+ private:
+  void tidy_up() {
+    std::sort(all_.begin(), all_.end());
+    all_.erase(std::unique(all_.begin(), all_.end()), all_.end());
+  }
+  static constexpr std::size_t kMost = std::size_t{1} << 26;  // no information is worth gigabytes
+  std::vector<std::int64_t> all_;
+  std::size_t wanted_ = 1 << 16;
+};
+
 // One pass over the points, block by block.
 Extent measure(const PointFile& file) {
   constexpr std::uint64_t kBlock = 1 << 16;
   constexpr std::int64_t kMetre_mm = 1000;
-  constexpr std::size_t kMaxSquares = std::size_t{1} << 26;  // no information is worth gigabytes
   Extent extent;
-  std::unordered_set<std::int64_t> squares;
+  Squares squares;
   std::array<std::int64_t, 3> low{}, high{};
   PointBlock block;
   for (std::uint64_t first = 0; first < file.size(); first += kBlock) {
@@ -37,8 +64,7 @@ Extent measure(const PointFile& file) {
         low[a] = std::min(low[a], p[a]);
         high[a] = std::max(high[a], p[a]);
       }
-      if (squares.size() < kMaxSquares)
-        squares.insert((floor_div(p[1], kMetre_mm) << 32) ^ (floor_div(p[0], kMetre_mm) & 0xffffffff));
+      squares.add((floor_div(p[1], kMetre_mm) << 32) ^ (floor_div(p[0], kMetre_mm) & 0xffffffff));
     }
   }
   if (extent.points == 0) return extent;
@@ -47,7 +73,7 @@ Extent measure(const PointFile& file) {
     (*extent.bounds_m)[a] = static_cast<double>(low[a]) / 1000;
     (*extent.bounds_m)[a + 3] = static_cast<double>(high[a]) / 1000;
   }
-  if (squares.size() < kMaxSquares) extent.square_metres = squares.size();
+  extent.square_metres = squares.count();
   return extent;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "engine/error.h"
+#include "io/files/read_file.h"
 
 namespace btms {
 namespace {
@@ -23,7 +24,9 @@ void apply_config(const std::string& file, ParameterChoice& choice, bool preset_
     throw Error(ErrorCode::kUsage, message, where);
   };
   try {
-    const YAML::Node root = YAML::LoadFile(file);
+    constexpr std::uint64_t kMost_bytes = 1 << 20;
+    const std::vector<std::uint8_t> text = read_file(file, kMost_bytes, ErrorCode::kUsage);
+    const YAML::Node root = YAML::Load(std::string(text.begin(), text.end()));
     if (root.IsNull()) return;
     if (!root.IsMap()) refuse(root.Mark(), "expected a list of `parameter: value`");
     if (const YAML::Node name = root["preset"]; name && !preset_is_given)
@@ -38,8 +41,6 @@ void apply_config(const std::string& file, ParameterChoice& choice, bool preset_
         refuse(entry.first.Mark(), e.what());
       }
     }
-  } catch (const YAML::BadFile&) {
-    throw Error(ErrorCode::kUsage, "cannot read the configuration file", file);
   } catch (const YAML::Exception& e) {
     refuse(e.mark, e.msg);
   }

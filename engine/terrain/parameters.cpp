@@ -217,8 +217,13 @@ std::string number_text(double v) {
 }
 
 std::string range_text(const ParameterInfo& i) {
-  return i.choices.empty() ? number_text(i.min) + " to " + number_text(i.max) + " " + std::string(i.unit)
-                           : std::string(i.choices);
+  if (!i.choices.empty()) return std::string(i.choices);
+  const auto plain = [](double v) {  // a million as people write it
+    std::array<char, 32> text{};
+    return std::string(text.data(),
+                       std::to_chars(text.data(), text.data() + text.size(), v, std::chars_format::fixed).ptr);
+  };
+  return plain(i.min) + " to " + plain(i.max) + " " + std::string(i.unit);
 }
 
 [[noreturn]] void refuse(const ParameterInfo& i, std::string_view text) {

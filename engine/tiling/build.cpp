@@ -9,6 +9,7 @@
 #include "engine/tiling/memory_budget.h"
 #include "engine/tiling/passes.h"
 #include "engine/tiling/point_bins.h"
+#include "engine/tiling/strays.h"
 #include "engine/tiling/tile_table.h"
 
 namespace btms {
@@ -30,10 +31,17 @@ class Stopwatch {
 };
 
 // Every rank's occupied bins.
-std::vector<BinId> occupied_bins(const PointBins& bins, Ranks& ranks) {
-  std::vector<BinId> mine;
-  for (std::size_t k = 0; k < bins.size(); ++k) mine.push_back(bins.id(k));
+std::vector<OccupiedBin> occupied_bins(const PointBins& bins, Ranks& ranks) {
+  std::vector<OccupiedBin> mine;
+  for (std::size_t k = 0; k < bins.size(); ++k) mine.push_back({bins.id(k), bins.points_in(k)});
   return ranks.gather(mine);
+}
+
+std::array<double, 4> extent_of(std::span<const BinId> bins, const BinGrid& grid) {
+  CellBox hull;
+  for (const BinId& b : bins) hull = hull.hull(grid.box_of(b));
+  const double r = grid.lattice.resolution_m();
+  return {hull.col0 * r, hull.row0 * r, hull.col1 * r, hull.row1 * r};
 }
 
 // The tiles leave the engine; what all ranks have made.
@@ -97,22 +105,33 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   for (const PointSource* source : sources) announced += static_cast<double>(source->size());
   check_disk(options.spill_folder, announced * sizeof(BinnedPoint), budget_bytes);
   PointBins bins = PointBins::read(sources, grid, threads, ranks, pager, progress);
-  const auto counts =
-      ranks.sum<std::uint64_t>({bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range});
+  const auto counts = ranks.sum<std::uint64_t>(
+      {bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range, bins.counts().outside_box});
   summary.points = counts[0];
   summary.not_finite = counts[1];
   summary.out_of_range = counts[2];
+  summary.outside_box = counts[3];
   if (summary.points == 0)
     throw Error(ErrorCode::kBadInput,
                 "no point left to build from: " + std::to_string(sources.size()) + " input(s), " +
                     std::to_string(summary.not_finite) + " point(s) not finite, " +
                     std::to_string(summary.out_of_range) + " out of range",
                 sources.empty() ? "" : sources[0]->name());
+  std::vector<BinId> occupied;
+  {
+    const std::vector<OccupiedBin> all = occupied_bins(bins, ranks);
+    const Strays strays = find_strays(all, grid);
+    bins.drop(strays.bins);
+    summary.points -= summary.strays = strays.points;
+    for (const OccupiedBin& b : all)
+      if (!std::binary_search(strays.bins.begin(), strays.bins.end(), b.id)) occupied.push_back(b.id);
+    summary.extent_m = extent_of(occupied, grid);
+  }
   watch.lap("partition", summary.phases);
 
   const std::int32_t reach = coarse_to_fine ? kDomainRings : complete_halo(p);
-  const TileTable table(occupied_bins(bins, ranks), coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells(options),
-                        reach, options.max_nodes, ranks.size(), levels - 1);
+  const TileTable table(occupied, coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells(options), reach,
+                        options.max_nodes, ranks.size(), levels - 1);
   check_disk(options.spill_folder,
              working_set_bytes(p, static_cast<double>(summary.points), nodes_of(table, levels - 1)), budget_bytes);
   bins.redistribute(ranks, [&](BinId bin) { return table.owner_of(bin); });

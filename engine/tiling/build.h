@@ -5,6 +5,7 @@
 // executor, thread count, rank count, and order or splitting of the inputs.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -57,9 +58,12 @@ struct PhaseTime {
 struct BuildSummary {
   MapLayout layout;
   Digest digest;
-  std::uint64_t points = 0;        // points that took part
-  std::uint64_t not_finite = 0;    // dropped
-  std::uint64_t out_of_range = 0;  // dropped
+  std::uint64_t points = 0;          // points that took part
+  std::uint64_t not_finite = 0;      // dropped
+  std::uint64_t out_of_range = 0;    // dropped
+  std::uint64_t strays = 0;          // dropped: see strays.h
+  std::uint64_t outside_box = 0;     // kept, although outside the box that their file declares
+  std::array<double, 4> extent_m{};  // west, south, east, north of the squares that hold points
   std::uint64_t tiles = 0;
   std::uint64_t tiles_renewed = 0;     // not as in the map before
   std::uint64_t tiles_recomputed = 0;  // worked on at all

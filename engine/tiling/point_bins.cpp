@@ -121,6 +121,7 @@ void sort_sparse(BlockScratch& s, std::size_t n, std::int32_t edge_mm, SortedBlo
 void bin_block(BlockScratch& s, const BinGrid& grid, SortedBlock& out) {
   out.counts.not_finite = s.block.not_finite;
   out.counts.out_of_range = s.block.out_of_range;
+  out.counts.outside_box = s.block.outside_box;
   const std::size_t n = compact(s.block);
   out.counts.points = n;
   if (n == 0) return;
@@ -206,6 +207,7 @@ PointBins PointBins::read(std::span<const PointSource* const> sources, const Bin
     bins.counts_.points += counts[i].points;
     bins.counts_.not_finite += counts[i].not_finite;
     bins.counts_.out_of_range += counts[i].out_of_range;
+    bins.counts_.outside_box += counts[i].outside_box;
     for (const BlockRun& run : runs[i])
       bins.pieces_.push_back({run.bin, static_cast<std::uint32_t>(i), run.first, run.size});
     runs[i] = {};
@@ -291,6 +293,18 @@ void PointBins::let_go(std::size_t k) {
     Block& block = *blocks_[piece.block];
     if (block.left.fetch_sub(piece.size) == piece.size) discard(block);
   }
+}
+
+void PointBins::drop(std::span<const BinId> bins) {
+  if (bins.empty()) return;
+  const auto dropped = [&](BinId id) { return std::binary_search(bins.begin(), bins.end(), id); };
+  for (std::size_t k = 0; k < size(); ++k) {
+    if (!dropped(id(k))) continue;
+    counts_.points -= points_in(k);
+    let_go(k);
+  }
+  std::erase_if(pieces_, [&](const Piece& piece) { return dropped(piece.bin); });
+  group();
 }
 
 void PointBins::append(Bytes& out, const Bin& bin) {

@@ -61,7 +61,7 @@ class PointBins {
     std::span<const Run> runs;
   };
   struct Counts {
-    std::uint64_t points = 0, not_finite = 0, out_of_range = 0;
+    std::uint64_t points = 0, not_finite = 0, out_of_range = 0, outside_box = 0;
   };
   struct Scratch {
     std::vector<Run> runs;
@@ -91,6 +91,8 @@ class PointBins {
   BinId id(std::size_t k) const { return pieces_[first_piece_[k]].bin; }
   std::uint64_t points_in(std::size_t k) const;
   const Counts& counts() const { return counts_; }
+  // Forgets the points of these bins (ascending); those not held here are passed over.
+  void drop(std::span<const BinId> bins);
 
   // Calls fn(bin) with the points of bin k, which are gone afterwards: a block whose points have all been taken is
   // freed. Thread-safe for different bins and scratches.

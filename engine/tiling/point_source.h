@@ -23,6 +23,7 @@ struct PointBlock {
                                     // them knows whether the source has such
   std::size_t not_finite = 0;       // dropped: NaN or infinite
   std::size_t out_of_range = 0;     // dropped: beyond kMaxHorizontal_mm or kMaxVertical_mm
+  std::size_t outside_box = 0;      // kept, although outside the box that their file declares
 
   std::size_t size() const { return x_mm.size(); }
   std::size_t dropped() const { return not_finite + out_of_range; }
@@ -31,7 +32,7 @@ struct PointBlock {
     x_mm.resize(n);
     y_mm.resize(n);
     z_mm.resize(n);
-    not_finite = out_of_range = 0;
+    not_finite = out_of_range = outside_box = 0;
   }
 };
 

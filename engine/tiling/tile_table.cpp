@@ -47,6 +47,18 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
     layout_.grid.edge_cells = static_cast<std::int32_t>(std::min(std::max(whole.cols(), whole.rows()), widest));
   }
 
+  const auto nodes_of = [&](const CellBox& box) {
+    return (static_cast<std::uint64_t>(box.grown(reach).cells()) * kTriangles) << (2 * refinements);
+  };
+  const auto refuse = [&](const std::string& nodes) {
+    const BinId far = furthest(occupied);
+    const std::int64_t edge = bins.edge_mm();
+    throw Error(ErrorCode::kUsage, "the map would hold " + nodes + " nodes (halos included), more than --max-nodes " +
+                                       std::to_string(max_nodes) + "; the points furthest out are near x = " +
+                                       metres(far.bx * edge) + " m, y = " + metres(far.by * edge) +
+                                       " m: remove them, choose a coarser --resolution, or raise --max-nodes");
+  };
+
   // Cells with points per tile, then what predictions from them may reach.
   std::map<TileId, CellBox> with_points, in_use;
   for (const BinId& b : occupied) {
@@ -56,6 +68,10 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
       hull = hull.hull(box.intersect(layout_.grid.box_of(id)));
     });
   }
+  // Points strewn over a continent have many tiles each: what they hold alone is too much already.
+  std::uint64_t at_least = 0;
+  for (const auto& [id, box] : with_points) at_least += nodes_of(box);
+  if (at_least > max_nodes) refuse("at least " + std::to_string(at_least));
   for (const auto& [source, box] : with_points) {
     const CellBox reached = box.grown(reach);
     layout_.grid.for_each_tile(reached, [&](TileId id) {
@@ -66,22 +82,14 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
 
   std::uint64_t nodes = 0, largest = 0;
   for (const auto& [id, box] : in_use) {
-    const auto held = (static_cast<std::uint64_t>(box.grown(reach).cells()) * kTriangles) << (2 * refinements);
+    const std::uint64_t held = nodes_of(box);
     nodes += held;
     largest = std::max(largest, held);
     index_.emplace(id, static_cast<std::int32_t>(tiles_.size()));
     tiles_.push_back({id, box, owner_of(id)});
   }
   // Nodes of one tile are counted in 32 bits.
-  if (nodes > max_nodes || largest > UINT32_MAX) {
-    const BinId far = furthest(occupied);
-    const std::int64_t edge = bins.edge_mm();
-    throw Error(ErrorCode::kUsage, "the map would hold " + std::to_string(nodes) +
-                                       " nodes (halos included), more than --max-nodes " + std::to_string(max_nodes) +
-                                       "; the points furthest out are near x = " + metres(far.bx * edge) +
-                                       " m, y = " + metres(far.by * edge) +
-                                       " m: remove them, choose a coarser --resolution, or raise --max-nodes");
-  }
+  if (nodes > max_nodes || largest > UINT32_MAX) refuse(std::to_string(nodes));
 }
 
 TileTable TileTable::finer() const {

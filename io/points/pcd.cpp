@@ -185,15 +185,17 @@ class PcdFile final : public PointFile {
   }
 
   void read_ascii(std::uint64_t first, std::size_t count, PointBlock& block) const {
-    std::vector<double> metres(3 * count);
-    lines_->read(file_, header_, first, count, block.bytes, metres.data());
     Metres chunk;
-    for (std::size_t done = 0; done < count; done += kMmChunk) {
-      const std::size_t n = std::min(kMmChunk, count - done);
-      for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t axis = 0; axis < 3; ++axis) chunk.axis[axis][i] = metres[3 * (done + i) + axis];
+    std::size_t n = 0, done = 0;
+    const auto round = [&] {
       chunk.round(n, block, done);
-    }
+      done += std::exchange(n, 0);
+    };
+    lines_->read(file_, header_, first, count, block.bytes, [&](const double* xyz) {
+      for (std::size_t axis = 0; axis < 3; ++axis) chunk.axis[axis][n] = xyz[axis];
+      if (++n == kMmChunk) round();
+    });
+    round();
   }
 
   void read_binary(std::uint64_t first, std::size_t count, PointBlock& block) const {

@@ -100,7 +100,7 @@ PcdLines::PcdLines(const InputFile& file, const PcdHeader& header) {
 }
 
 void PcdLines::read(const InputFile& file, const PcdHeader& header, std::uint64_t first, std::size_t count,
-                    std::vector<std::uint8_t>& scratch, double* xyz) const {
+                    std::vector<std::uint8_t>& scratch, const std::function<void(const double*)>& visit) const {
   if (count == 0) return;
   const Mark& start = marks_[first / kSpacing];
   std::uint64_t point = first - first % kSpacing;
@@ -109,8 +109,9 @@ void PcdLines::read(const InputFile& file, const PcdHeader& header, std::uint64_
                 [&](std::string_view line, std::uint64_t offset, std::uint64_t number) {
                   if (is_blank(line)) return true;
                   if (point >= first) {
+                    double xyz[3];
                     parse_line(file, header, line, offset, number, xyz);
-                    xyz += 3;
+                    visit(xyz);
                   }
                   return ++point < end;
                 });

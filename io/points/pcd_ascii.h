@@ -1,6 +1,7 @@
 // Random access to the lines of an ascii PCD file.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "io/points/pcd_header.h"
@@ -15,9 +16,9 @@ class PcdLines {
 
   bool trailing() const { return trailing_; }  // lines behind the last point
 
-  // Parses x, y, z of points [first, first + count) in metres, point after point, into `xyz`.
+  // Calls visit(x, y, z in metres) for points [first, first + count) in order.
   void read(const InputFile& file, const PcdHeader& header, std::uint64_t first, std::size_t count,
-            std::vector<std::uint8_t>& scratch, double* xyz) const;
+            std::vector<std::uint8_t>& scratch, const std::function<void(const double*)>& visit) const;
 
  private:
   struct Mark {

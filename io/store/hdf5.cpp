@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 
 namespace btms {
 namespace {
@@ -15,6 +16,15 @@ std::string unique_name(const void* address) {
   char text[32];
   std::snprintf(text, sizeof text, "image-%p", address);
   return text;
+}
+
+// Where memory ends, HDF5 1.10 writes through a null pointer (H5AC_create). What an image takes is asked for in
+// advance, while that is still an error; freed, it stays at hand.
+void require_memory() {
+  constexpr std::size_t kImage_bytes = 4 << 20;
+  void* volatile memory = std::malloc(kImage_bytes);  // volatile: or the compiler leaves it out
+  if (memory == nullptr) throw std::bad_alloc();
+  std::free(memory);
 }
 
 }  // namespace
@@ -63,7 +73,7 @@ H5FD_file_image_callbacks_t Hdf5Image::callbacks(Memory* memory) {
   return {Memory::allocate, Memory::copy, Memory::reallocate, Memory::release, Memory::share, Memory::unshare, memory};
 }
 
-Hdf5Image::Hdf5Image() : memory_(new Memory) {
+Hdf5Image::Hdf5Image() : memory_((require_memory(), new Memory)) {
   const Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "create file properties");
   hdf5_check(H5Pset_fapl_core(access.get(), kGrowth_bytes, false), "select the memory driver");
   H5FD_file_image_callbacks_t hooks = callbacks(memory_);
@@ -98,6 +108,7 @@ std::vector<std::uint8_t> Hdf5Image::finish() {
 }
 
 Hdf5File open_image(std::span<const std::uint8_t> bytes) {
+  require_memory();
   const Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "create file properties");
   hdf5_check(H5Pset_fapl_core(access.get(), kGrowth_bytes, false), "select the memory driver");
   // HDF5 only reads from the pointer, it copies the image.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -64,17 +65,22 @@ inline std::vector<std::string> names_in(const fs::path& folder) {
 struct Outcome {
   int status = -1;  // exit status, or 128 + signal
   std::string out, err;
+  double cpu_seconds = 0;
+  // Never less than this process had taken when it started the program.
+  std::uint64_t peak_rss_bytes = 0;
   nlohmann::json json() const { return nlohmann::json::parse(out); }
 };
 
 // The program, started; wait() ends it.
 class Running {
  public:
-  // stdout goes to `out` where one is named.
-  explicit Running(const std::vector<std::string>& arguments, const std::string& input = {}, std::string out = {}) {
+  // stdout goes to `out` where one is named. `through`: the words of a command that runs the rest of its arguments.
+  explicit Running(const std::vector<std::string>& arguments, const std::string& input = {}, std::string out = {},
+                   const std::vector<std::string>& through = {}) {
     write_text(folder_ / "in", input);
     if (out.empty()) out = folder_ / "out";
-    std::vector<std::string> words{BTMS_PROGRAM};
+    std::vector<std::string> words = through;
+    words.emplace_back(BTMS_PROGRAM);
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
@@ -84,30 +90,47 @@ class Running {
     posix_spawn_file_actions_addopen(&files, 0, (folder_ / "in").c_str(), O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&files, 1, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     posix_spawn_file_actions_addopen(&files, 2, (folder_ / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    EXPECT_EQ(posix_spawn(&pid_, BTMS_PROGRAM, &files, nullptr, argv.data(), environ), 0);
+    EXPECT_EQ(posix_spawn(&pid_, words[0].c_str(), &files, nullptr, argv.data(), environ), 0);
     posix_spawn_file_actions_destroy(&files);
   }
 
   void send(int signal) const { kill(pid_, signal); }
   std::string err_so_far() const { return read_text(folder_ / "err"); }
-  bool has_ended() { return status_known_ || (status_known_ = waitpid(pid_, &wait_status_, WNOHANG) == pid_); }
+  bool has_ended() { return status_known_ || (status_known_ = wait4(pid_, &wait_status_, WNOHANG, &used_) == pid_); }
   Outcome wait() {
-    if (!status_known_) waitpid(pid_, &wait_status_, 0);
+    if (!status_known_) wait4(pid_, &wait_status_, 0, &used_);
     status_known_ = true;
     const int status = WIFEXITED(wait_status_) ? WEXITSTATUS(wait_status_) : 128 + WTERMSIG(wait_status_);
-    return {status, read_text(folder_ / "out"), read_text(folder_ / "err")};
+    const auto seconds = [](const timeval& t) {
+      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return {status, read_text(folder_ / "out"), read_text(folder_ / "err"),
+            seconds(used_.ru_utime) + seconds(used_.ru_stime), static_cast<std::uint64_t>(used_.ru_maxrss) * 1024};
   }
 
  private:
   TempFolder folder_;
   pid_t pid_ = -1;
   int wait_status_ = 0;
+  rusage used_{};
   bool status_known_ = false;
 };
 
 inline Outcome run(const std::vector<std::string>& arguments, const std::string& input = {}) {
   return Running(arguments, input).wait();
 }
+
+// The same in an address space of so many megabytes.
+inline Outcome run_in_memory(int megabytes, const std::vector<std::string>& arguments) {
+  const std::string limit = "ulimit -v " + std::to_string(megabytes * 1024) + "; exec \"$0\" \"$@\"";
+  return Running(arguments, {}, {}, {"/bin/sh", "-c", limit}).wait();
+}
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;  // time and memory say nothing, and address space cannot be limited
+#else
+constexpr bool kSanitized = false;
+#endif
 
 // Runs, expects success, and gives stdout as JSON.
 inline nlohmann::json run_json(std::vector<std::string> arguments, const std::string& input = {}) {

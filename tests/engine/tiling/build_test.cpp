@@ -102,7 +102,7 @@ TEST(Build, PointsOnEveryBorderFallInExactlyOneNode) {
 
 TEST(Build, AMapTooLargeIsRefusedBeforeItIsAllocated) {
   std::vector<CloudPoint> points = floor_points();
-  points.push_back({2'000'000'000, 1'900'000'000, 5});
+  points.insert(points.end(), 20, {2'000'000'000, 1'900'000'000, 5});  // too many to be astray
   const CloudSource source(points);
   const PointSource* sources[] = {&source};
   BuildOptions options;

@@ -2,7 +2,7 @@
 #include <limits>
 #include <thread>
 
-#include "tests/io/points/pcd_bytes.h"
+#include "tests/io/points/malformed_pcd.h"
 
 namespace btms::test {
 namespace {
@@ -177,25 +177,11 @@ TEST(Pcd, ReadsTheLastLineWithoutNewline) {
 
 TEST(Pcd, AcceptsOddFilesWithAWarning) {
   const TemporaryFolder folder;
-  Bytes far;
-  for (const float v : {400000.5f, 1.0f, 2.0f}) append(far, v);
-  std::string viewpoint = pcd_header("ascii", 1) + "1 2 3\n";
-  viewpoint.replace(viewpoint.find("0 0 0 1 0 0 0"), 13, "0 0 0");
-  const std::vector<std::pair<const char*, Bytes>> cases = {
-      {"VIEWPOINT has 3", viewpoint + Bytes()},
-      {"lines behind the last point", pcd_header("ascii", 1) + "1 2 3\n4 5 6\n" + Bytes()},
-      {"5 bytes behind", pcd_header("binary", 1) + Bytes(17)},
-      {"2 bytes behind", pcd_header("binary_compressed", 1) + compressed(Bytes(12), 2)},
-      {"no points", pcd_header("binary", 0) + Bytes()},
-      {"no points", pcd_header("ascii", 0) + Bytes()},
-      {"no points", pcd_header("binary_compressed", 0) + Bytes(8)},
-      {"lost their precision", pcd_header("binary", 1) + far},
-  };
-  for (const auto& [warning, bytes] : cases) {
-    SCOPED_TRACE(warning);
-    const auto file = open_points(folder.write("a.pcd", bytes));
+  for (const Malformed& odd : odd_pcd_files()) {
+    SCOPED_TRACE(odd.name);
+    const auto file = open_points(folder.write("a.pcd", odd.make()));
     EXPECT_EQ(file->info().warnings.size(), 1u);
-    expect_warning(file->info(), warning);
+    expect_warning(file->info(), odd.says[0]);
     EXPECT_EQ(read_all(*file).dropped(), 0u);
   }
 }

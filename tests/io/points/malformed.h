@@ -1,0 +1,16 @@
+// A file that is not what it should be, and what is said of it. The number is that of the list of malformed inputs in
+// docs/malformed_inputs.md.
+#pragma once
+
+#include "tests/io/points/files.h"
+
+namespace btms::test {
+
+struct Malformed {
+  int number;
+  const char* name;
+  std::vector<std::string> says;  // of the error, or one of each warning
+  std::function<Bytes()> make;
+};
+
+}  // namespace btms::test
