@@ -14,6 +14,15 @@ std::span<const std::uint8_t> bytes_of(const T& value) {
 // What the child sends first: entries of the lists. Then the layers, nothing but their rasters.
 using UpperCount = std::uint64_t;
 
+// Once, so that no child is forked while another thread is inside the library: its lock would stay closed in there.
+void start_hdf5() {
+  static const bool started = [] {
+    const QuietHdf5 quiet;
+    return hdf5_check(H5open(), "start") >= 0;
+  }();
+  static_cast<void>(started);
+}
+
 SandboxLimits limits_for(const StoredShard& shard) {
   constexpr std::uint64_t kBase_bytes = std::uint64_t{256} << 20, kCell_bytes = 128;
   const auto cells = static_cast<std::uint64_t>(shard.box.cells());
@@ -29,10 +38,7 @@ void read_layers_sandboxed(const StoredShard& shard, Wanted wanted, const std::o
     throw Error(ErrorCode::kVerification, "it claims " + std::to_string(shard.box.cells()) +
                                               " squares; of an untrusted shard at most " +
                                               std::to_string(kMostUntrustedCells) + " are read");
-  {
-    const QuietHdf5 quiet;
-    hdf5_check(H5open(), "start");  // the child may not open anything any more
-  }
+  start_hdf5();
   const auto work = [&](SandboxOutput& out) {
     bool first = true;
     read_layers(shard, wanted, crs, [&](const LayerInfo&, std::size_t upper, std::vector<std::uint8_t>&& raster) {
