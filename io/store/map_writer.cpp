@@ -6,7 +6,7 @@
 #include "io/files/atomic_file.h"
 #include "io/store/hash.h"
 #include "io/store/map_folder.h"
-#include "io/store/map_nc.h"
+#include "io/store/publish.h"
 #include "io/store/shard_assembly.h"
 #include "io/store/shard_file.h"
 #include "io/store/upper_layers.h"
@@ -79,27 +79,7 @@ class FolderWriter final : public MapWriter {
     if (!m.info.crs_wkt.empty() && (!crs_ || crs_->wkt != m.info.crs_wkt)) crs_ = describe_crs(m.info.crs_wkt);
     m.info.crs_wkt = crs_ ? crs_->wkt : "";
 
-    sync_folder(folder_ / kShardFolder);  // the names of every rank's shards
-    const std::vector<std::uint8_t> view_bytes = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
-    const std::string text = manifest_text(m);
-    std::optional<AtomicFile> view;
-    if (!view_bytes.empty()) view.emplace(stage(folder_ / kMapNc, view_bytes));
-    AtomicFile manifest = stage(folder_ / kManifest, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-    if (view) view->sync();  // nothing is left that a full disk could stop
-    // The manifest first: it decides what the map is, map.nc is a view.
-    manifest.place();
-    published_ = true;
-    sync_folder(folder_);
-    std::error_code ignored;
-    if (view)
-      view->place();
-    else
-      fs::remove(folder_ / kMapNc, ignored);
-    sync_folder(folder_);
-
-    std::set<std::string> keep;
-    for (const ShardEntry& s : m.shards) keep.insert(s.file);
-    remove_unreferenced(folder_, keep);
+    publish_revision(folder_, m, crs_, [this] { published_ = true; });
   }
 
  private:
@@ -150,7 +130,7 @@ class FolderWriter final : public MapWriter {
     entry.bytes = encoded.file.size();
     entry.file_xxh3 = xxh3_64(encoded.file);
     entry.values_xxh3 = encoded.values_xxh3;
-    AtomicFile file = stage(shard_path(entry.file), encoded.file);
+    AtomicFile file = AtomicFile::written(shard_path(entry.file), encoded.file);
     std::vector<AtomicFile> batch;
     {
       const std::lock_guard lock(mutex_);
@@ -159,14 +139,6 @@ class FolderWriter final : public MapWriter {
       if (staged_.size() == kBatch) batch.swap(staged_);
     }
     for (AtomicFile& staged : batch) staged.place();
-  }
-
-  // Written and read back, but not durable yet.
-  static AtomicFile stage(const fs::path& path, std::span<const std::uint8_t> bytes) {
-    AtomicFile file(path);
-    file.write(0, bytes);
-    file.check(bytes);
-    return file;
   }
 
   void give_up() const {
