@@ -21,6 +21,8 @@ Command add_segment(CLI::App& btms);
 Command add_info(CLI::App& btms);
 Command add_query(CLI::App& btms);
 Command add_digest(CLI::App& btms);
+Command add_verify(CLI::App& btms);
+Command add_diff(CLI::App& btms);
 Command add_eval(CLI::App& btms);
 Command add_params(CLI::App& btms);
 Command add_sweep(CLI::App& btms);

@@ -15,10 +15,11 @@ namespace {
 struct DigestCommand {
   CommonOptions common;
   std::string map;
+  bool untrusted = false;
 };
 
 int run_digest(const DigestCommand& command) {
-  const auto map = open_map(command.map);
+  const auto map = open_map(command.map, command.untrusted);
   const auto tiles = map->tiles();
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
@@ -61,6 +62,7 @@ Command add_digest(CLI::App& btms) {
   CLI::App* app = btms.add_subcommand("digest", "Compute a map's fingerprint from its content, and check it");
   app->footer(kFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
+  add_untrusted_option(*app, command->untrusted);
   add_run_options(*app, command->common);
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_digest(*command); }};

@@ -2,6 +2,7 @@
 #include "apps/btms/info.h"
 
 #include "apps/btms/command.h"
+#include "apps/btms/open_map.h"
 #include "engine/error.h"
 
 namespace btms {
@@ -10,6 +11,7 @@ namespace {
 struct InfoCommand {
   CommonOptions common;
   std::string path;
+  bool untrusted = false;
 };
 
 int run_info(const InfoCommand& command) {
@@ -17,7 +19,7 @@ int run_info(const InfoCommand& command) {
   if (!std::filesystem::exists(std::filesystem::symlink_status(command.path, ignored)))
     throw Error(ErrorCode::kUsage, "there is no such file or map", command.path);
   if (std::filesystem::is_directory(command.path, ignored))
-    print_map(command.path, command.common.json, *make_threads(command.common.thread_count()));
+    print_map(command.path, command.untrusted, command.common.json, *make_threads(command.common.thread_count()));
   else
     print_point_file(command.path, command.common.json);
   return 0;
@@ -38,6 +40,7 @@ Command add_info(CLI::App& btms) {
   CLI::App* app = btms.add_subcommand("info", "Say what a point file or a map is");
   app->footer(kFooter);
   app->add_option("PATH", command->path, "A point file, or a map made by `btms build`")->required()->type_name("");
+  add_untrusted_option(*app, command->untrusted);
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_info(*command); }};
 }

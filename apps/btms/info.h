@@ -8,6 +8,6 @@
 namespace btms {
 
 void print_point_file(const std::string& path, bool as_json);
-void print_map(const std::string& path, bool as_json, const Threads& threads);
+void print_map(const std::string& path, bool untrusted, bool as_json, const Threads& threads);
 
 }  // namespace btms

@@ -56,8 +56,8 @@ Content content_of(const TileSource& map, const Threads& threads) {
 
 }  // namespace
 
-void print_map(const std::string& path, bool as_json, const Threads& threads) {
-  const auto map = open_map(path);
+void print_map(const std::string& path, bool untrusted, bool as_json, const Threads& threads) {
+  const auto map = open_map(path, untrusted);
   const MapInfo& info = map->info();
   const std::size_t tiles = map->tiles().size();
   const Content content = content_of(*map, threads);

@@ -19,6 +19,7 @@ struct QueryCommand {
   CommonOptions common;
   std::string map;
   std::vector<std::string> at;
+  bool untrusted = false;
 };
 
 const char* state_name(NodeState state) {
@@ -121,7 +122,7 @@ std::string answer_text(const Answer& a) {
 int run_query(const QueryCommand& command) {
   std::vector<Place> at;
   for (const std::string& text : command.at) at.push_back(parse_place(text, "--at"));
-  const auto reader = open_map(command.map);
+  const auto reader = open_map(command.map, command.untrusted);
   const TileCache map(*reader);
   Json places = Json::array();
   if (!command.common.json)
@@ -178,6 +179,7 @@ Command add_query(CLI::App& btms) {
       ->allow_extra_args(false)
       ->default_str("")
       ->type_name("X,Y");
+  add_untrusted_option(*app, command->untrusted);
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_query(*command); }};
 }

@@ -46,6 +46,13 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
   if (!open_unnamed()) open_named();
 }
 
+AtomicFile AtomicFile::written(fs::path path, std::span<const std::uint8_t> bytes) {
+  AtomicFile file(std::move(path));
+  file.write(0, bytes);
+  file.check(bytes);
+  return file;
+}
+
 AtomicFile::AtomicFile(AtomicFile&& o) noexcept
     : path_(std::move(o.path_)),
       temporary_(std::move(o.temporary_)),
@@ -169,10 +176,7 @@ void AtomicFile::commit() {
 }
 
 void write_file(const fs::path& path, std::span<const std::uint8_t> bytes) {
-  AtomicFile file(path);
-  file.write(0, bytes);
-  file.check(bytes);
-  file.commit();
+  AtomicFile::written(path, bytes).commit();
 }
 
 void make_folders(const fs::path& folder) {

@@ -17,6 +17,8 @@ namespace btms {
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);
+  // With all of its bytes, written and read back, but not durable yet.
+  static AtomicFile written(std::filesystem::path path, std::span<const std::uint8_t> bytes);
   AtomicFile(AtomicFile&& o) noexcept;
   AtomicFile& operator=(AtomicFile&&) = delete;
   ~AtomicFile();

@@ -178,9 +178,9 @@ CfAxis CfFile::add_axis(hid_t place, const char* name, bool north_south, const s
   return {std::move(axis), name};
 }
 
-void CfFile::add_axes(const CellBox& box, std::int32_t resolution_mm) {
+std::vector<CfAxisValues> cf_axes(const CellBox& box, std::int32_t resolution_mm, const std::optional<Crs>& crs) {
   // Coordinates of cells first + i * step (+ half a cell), in units of the coordinate reference system.
-  const double unit_mm = 1000 * (crs_ ? crs_->linear_unit_m : 1);
+  const double unit_mm = 1000 * (crs ? crs->linear_unit_m : 1);
   const auto steps = [&](std::int64_t first, int step, std::int64_t n, std::int32_t shift_mm) {
     std::vector<double> v(static_cast<std::size_t>(n));
     for (std::int64_t i = 0; i < n; ++i)
@@ -188,11 +188,19 @@ void CfFile::add_axes(const CellBox& box, std::int32_t resolution_mm) {
     return v;
   };
   const std::int32_t half_mm = resolution_mm / 2;
+  return {{"y", steps(std::int64_t{box.row1} - 1, -1, box.rows(), half_mm)},
+          {"x", steps(box.col0, 1, box.cols(), half_mm)},
+          {"tgf/y_corner", steps(box.row1, -1, box.rows() + 1, 0)},
+          {"tgf/x_corner", steps(box.col0, 1, box.cols() + 1, 0)}};
+}
+
+void CfFile::add_axes(const CellBox& box, std::int32_t resolution_mm) {
+  const std::vector<CfAxisValues> axes = cf_axes(box, resolution_mm, crs_);
   const hid_t root = image_.file(), tgf = tgf_.get();
-  y_ = add_axis(root, "y", true, steps(std::int64_t{box.row1} - 1, -1, box.rows(), half_mm));
-  x_ = add_axis(root, "x", false, steps(box.col0, 1, box.cols(), half_mm));
-  y_corner_ = add_axis(tgf, "y_corner", true, steps(box.row1, -1, box.rows() + 1, 0));
-  x_corner_ = add_axis(tgf, "x_corner", false, steps(box.col0, 1, box.cols() + 1, 0));
+  y_ = add_axis(root, "y", true, axes[0].values);
+  x_ = add_axis(root, "x", false, axes[1].values);
+  y_corner_ = add_axis(tgf, "y_corner", true, axes[2].values);
+  x_corner_ = add_axis(tgf, "x_corner", false, axes[3].values);
 
   const hsize_t triangles = kTriangles;
   const Hdf5Space space(H5Screate_simple(1, &triangles, nullptr), "create a space");

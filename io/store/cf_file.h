@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/lattice/tiles.h"
@@ -40,6 +41,14 @@ class CfAxis {
   Hdf5Dataset dataset_;
   std::vector<Use> uses_;
 };
+
+// The coordinates along an axis, in units of the reference system.
+struct CfAxisValues {
+  std::string dataset;  // "y", "x", "tgf/y_corner" or "tgf/x_corner"
+  std::vector<double> values;
+};
+// In this order.
+std::vector<CfAxisValues> cf_axes(const CellBox& box, std::int32_t resolution_mm, const std::optional<Crs>& crs);
 
 class CfFile {
  public:

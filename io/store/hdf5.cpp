@@ -11,10 +11,11 @@ namespace {
 constexpr std::size_t kGrowth_bytes = 1 << 18;
 constexpr std::size_t kSuperblockEof = 28;  // offset of the end-of-file address in superblocks 2 and 3
 
-// The core driver takes files of equal name for one and the same: name each after an address that is alive.
+// The core driver takes files of equal name for one and the same: name each after an address that is alive. It looks
+// whether a file has that name, and where relative ones begin: no file can have this one.
 std::string unique_name(const void* address) {
-  char text[32];
-  std::snprintf(text, sizeof text, "image-%p", address);
+  char text[64];
+  std::snprintf(text, sizeof text, "/dev/null/image-%p", address);
   return text;
 }
 

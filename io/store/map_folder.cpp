@@ -11,8 +11,8 @@
 #include "engine/error.h"
 #include "io/files/atomic_file.h"
 #include "io/files/read_file.h"
+#include "io/store/hash.h"
 #include "io/store/journal.h"
-#include "io/store/manifest.h"
 #include "io/store/round_files.h"
 
 namespace btms {
@@ -59,10 +59,6 @@ bool is_same(const Descriptor& fd, const fs::path& folder) {
 
 std::vector<std::uint8_t> manifest_bytes(const fs::path& folder) {
   return read_file(folder / kManifest, kMaxManifest_bytes, ErrorCode::kBadInput);
-}
-
-Manifest read_manifest(const fs::path& folder) {
-  return parse_manifest(manifest_bytes(folder), (folder / kManifest).string());
 }
 
 }  // namespace
@@ -142,6 +138,29 @@ std::uint64_t start_revision(const fs::path& folder) {
   }
   make_folders(folder / kShardFolder);
   return revision;
+}
+
+Manifest read_manifest(const fs::path& folder) {
+  return parse_manifest(manifest_bytes(folder), (folder / kManifest).string());
+}
+
+std::vector<std::uint8_t> read_shard(const fs::path& folder, const ShardEntry& entry) {
+  const fs::path file = folder / kShardFolder / entry.file;
+  const auto damaged = [](const std::string& why) { throw Error(ErrorCode::kVerification, why); };
+  std::vector<std::uint8_t> bytes;
+  try {
+    bytes = read_file(file, entry.bytes, ErrorCode::kVerification);
+  } catch (const Error& e) {
+    if (e.code() != ErrorCode::kVerification) throw;
+    damaged(fs::is_regular_file(file) ? "the file has grown"
+                                      : "the file is missing (newer revisions may have replaced it: open the map again)");
+  }
+  if (bytes.size() != entry.bytes)
+    damaged("file has " + std::to_string(bytes.size()) + " bytes, the manifest says " + std::to_string(entry.bytes));
+  // Before HDF5 sees the file: its parser is not safe against damaged input.
+  if (const std::uint64_t found = xxh3_64(bytes); found != entry.file_xxh3)
+    damaged("file hashes to " + hex64(found) + ", the manifest says " + hex64(entry.file_xxh3));
+  return bytes;
 }
 
 std::optional<Manifest> read_manifest_of(const fs::path& folder) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "io/files/descriptor.h"
 #include "io/store/manifest.h"
@@ -37,6 +38,12 @@ std::optional<Descriptor> share_unlocked_folder(const std::filesystem::path& fol
 // Makes the folder and returns the number of the revision to write. Throws Error(kUsage) when `folder` exists and is
 // not a map.
 std::uint64_t start_revision(const std::filesystem::path& folder);
+
+// Throws Error(kBadInput) when there is none, or it is not whole; Error(kVerification) when its own hash is wrong.
+Manifest read_manifest(const std::filesystem::path& folder);
+
+// The file of a shard; not a byte of it parsed. Throws Error(kVerification) unless size and hash are the entry's.
+std::vector<std::uint8_t> read_shard(const std::filesystem::path& folder, const ShardEntry& entry);
 
 // The manifest, where there is a sound one.
 std::optional<Manifest> read_manifest_of(const std::filesystem::path& folder);

@@ -4,10 +4,8 @@
 #include <unordered_map>
 
 #include "engine/error.h"
-#include "io/files/read_file.h"
-#include "io/store/hash.h"
-#include "io/store/manifest.h"
 #include "io/store/map_folder.h"
+#include "io/store/sandboxed_layers.h"
 #include "io/store/shard_assembly.h"
 #include "io/store/shard_file.h"
 
@@ -55,7 +53,10 @@ class ShardCache {
 
 class FolderReader final : public MapReader {
  public:
-  FolderReader(const fs::path& folder, Manifest&& manifest) : folder_(folder), manifest_(std::move(manifest)) {
+  FolderReader(const fs::path& folder, Manifest&& manifest, Trust trust)
+      : folder_(folder),
+        manifest_(std::move(manifest)),
+        reading_(trust == Trust::kTrusted ? read_layers : read_layers_sandboxed) {
     for (std::size_t s = 0; s < manifest_.shards.size(); ++s)
       for (const TileEntry& t : manifest_.shards[s].tiles) where_.emplace(t.id, Place{s, t.box});
   }
@@ -73,13 +74,13 @@ class FolderReader final : public MapReader {
 
   SharedTile load(TileId id) const override {
     return load(id, cache_, [this](const ShardEntry& shard, std::span<const std::uint8_t> bytes) {
-      return decode_shard(bytes, layout().lattice.resolution_mm(), shard.bounds(), shard.values_xxh3);
+      return decode_shard(stored(shard, bytes), shard.values_xxh3, reading_);
     });
   }
 
   SharedTile load_for_labels(TileId id) const override {
     return load(id, label_cache_, [this](const ShardEntry& shard, std::span<const std::uint8_t> bytes) {
-      return decode_shard_for_labels(bytes, layout().lattice.resolution_mm(), shard.bounds());
+      return decode_shard_for_labels(stored(shard, bytes), reading_);
     });
   }
 
@@ -88,6 +89,10 @@ class FolderReader final : public MapReader {
     std::size_t shard;
     CellBox box;
   };
+
+  StoredShard stored(const ShardEntry& shard, std::span<const std::uint8_t> bytes) const {
+    return {bytes, layout().lattice.resolution_mm(), shard.bounds()};
+  }
 
   template <class Decode>
   SharedTile load(TileId id, ShardCache& cache, const Decode& decode) const {
@@ -102,46 +107,26 @@ class FolderReader final : public MapReader {
 
   template <class Decode>
   SharedTile read(const ShardEntry& shard, TileId id, const Decode& decode) const {
-    const fs::path file = folder_ / kShardFolder / shard.file;
-    const auto damaged = [&](const std::string& why) {
-      return Error(ErrorCode::kVerification,
-                   "tile " + std::to_string(id.tx) + "," + std::to_string(id.ty) + " is damaged: " + why,
-                   file.string());
-    };
-    std::vector<std::uint8_t> bytes;
     try {
-      bytes = read_file(file, shard.bytes, ErrorCode::kVerification);
+      return std::make_shared<const TerrainTile>(decode(shard, read_shard(folder_, shard)));
     } catch (const Error& e) {
       if (e.code() != ErrorCode::kVerification) throw;
-      throw damaged(fs::exists(file)
-                        ? "the file has grown"
-                        : "the file is missing (newer revisions may have replaced it: open the map again)");
-    }
-    if (bytes.size() != shard.bytes)
-      throw damaged("file has " + std::to_string(bytes.size()) + " bytes, the manifest says " +
-                    std::to_string(shard.bytes));
-    // Before HDF5 sees the file: its parser is not safe against damaged input.
-    if (const std::uint64_t found = xxh3_64(bytes); found != shard.file_xxh3)
-      throw damaged("file hashes to " + hex64(found) + ", the manifest says " + hex64(shard.file_xxh3));
-    try {
-      return std::make_shared<const TerrainTile>(decode(shard, bytes));
-    } catch (const Error& e) {
-      throw damaged(e.what());
+      throw Error(e.code(), "tile " + std::to_string(id.tx) + "," + std::to_string(id.ty) + " is damaged: " + e.what(),
+                  (folder_ / kShardFolder / shard.file).string());
     }
   }
 
   const fs::path folder_;
   const Manifest manifest_;
+  const LayerReading reading_;
   std::unordered_map<TileId, Place, TileIdHash> where_;
   mutable ShardCache cache_, label_cache_;
 };
 
 }  // namespace
 
-std::unique_ptr<MapReader> MapReader::open(const fs::path& folder) {
-  const fs::path file = folder / kManifest;
-  return std::make_unique<FolderReader>(
-      folder, parse_manifest(read_file(file, kMaxManifest_bytes, ErrorCode::kBadInput), file.string()));
+std::unique_ptr<MapReader> MapReader::open(const fs::path& folder, Trust trust) {
+  return std::make_unique<FolderReader>(folder, read_manifest(folder), trust);
 }
 
 }  // namespace btms

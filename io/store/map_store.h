@@ -84,11 +84,16 @@ class MapWriter : public TileSink {
 // don't make small files.
 TileId shard_of(const MapLayout& layout, TileId tile);
 
+// Whether HDF5 may parse a shard in this process once its hash is right, or only in a sandboxed child: hashes keep out
+// accidents, not authors.
+enum class Trust : std::uint8_t { kTrusted, kUntrusted };
+
 // An opened revision; immutable, thread-safe. load() reads, checks the hash and decodes; callers cache.
 class MapReader : public TileSource {
  public:
   // Throws Error(kBadInput) when it is not a map, Error(kVerification) when the manifest's own hash is wrong.
-  static std::unique_ptr<MapReader> open(const std::filesystem::path& folder);
+  // With kUntrusted no other thread may write maps meanwhile (see read_layers_sandboxed).
+  static std::unique_ptr<MapReader> open(const std::filesystem::path& folder, Trust trust = Trust::kTrusted);
   virtual const MapInfo& info() const = 0;
 };
 

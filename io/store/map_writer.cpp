@@ -8,7 +8,7 @@
 #include "io/store/hash.h"
 #include "io/store/journal.h"
 #include "io/store/map_folder.h"
-#include "io/store/map_nc.h"
+#include "io/store/publish.h"
 #include "io/store/round_files.h"
 #include "io/store/shard_assembly.h"
 #include "io/store/shard_file.h"
@@ -93,32 +93,7 @@ class FolderWriter final : public MapWriter {
     if (!m.info.crs_wkt.empty() && (!crs_ || crs_->wkt != m.info.crs_wkt)) crs_ = describe_crs(m.info.crs_wkt);
     m.info.crs_wkt = crs_ ? crs_->wkt : "";
 
-    // Readers that have just opened the old revision can finish: its shards stay until the next publish.
-    std::set<std::string> keep = published_shards(folder_);
-    for (const ShardEntry& s : m.shards) keep.insert(s.file);
-
-    sync_folder(folder_ / kShardFolder);  // the names of every rank's shards
-    if (m.info.updatable_since > 0) sync_folder(folder_ / kRoundFolder);
-    const std::vector<std::uint8_t> view_bytes = encode_map_nc(layout_.lattice.resolution_mm(), m.shards, crs_);
-    const std::string text = manifest_text(m);
-    std::optional<AtomicFile> view;
-    if (!view_bytes.empty()) view.emplace(stage(folder_ / kMapNc, view_bytes));
-    AtomicFile manifest = stage(folder_ / kManifest, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-    if (view) view->sync();  // nothing is left that a full disk could stop
-    // The manifest first: it decides what the map is, map.nc is a view.
-    manifest.place();
-    published_ = true;
-    sync_folder(folder_);
-    std::error_code ignored;
-    if (view)
-      view->place();
-    else
-      fs::remove(folder_ / kMapNc, ignored);
-    sync_folder(folder_);
-
-    remove_unreferenced(folder_, keep);
-    remove_journals(folder_);
-    prune_round_files(folder_, revision_, m.info.updatable_since);
+    publish_revision(folder_, m, crs_, [this] { published_ = true; });
   }
 
  private:
@@ -178,7 +153,7 @@ class FolderWriter final : public MapWriter {
     entry.bytes = encoded.file.size();
     entry.file_xxh3 = xxh3_64(encoded.file);
     entry.values_xxh3 = encoded.values_xxh3;
-    Staged staged{stage(shard_path(entry.file), encoded.file), entry};
+    Staged staged{AtomicFile::written(shard_path(entry.file), encoded.file), entry};
     std::vector<Staged> batch;
     {
       const std::lock_guard lock(mutex_);
@@ -235,14 +210,6 @@ class FolderWriter final : public MapWriter {
                   "the interrupted build there was another one (" + what +
                       "); leave out --resume to begin afresh, or choose another name",
                   folder_.string());
-  }
-
-  // Written and read back, but not durable yet.
-  static AtomicFile stage(const fs::path& path, std::span<const std::uint8_t> bytes) {
-    AtomicFile file(path);
-    file.write(0, bytes);
-    file.check(bytes);
-    return file;
   }
 
   // What is committed stays. What is published too: an error can follow the rename of the manifest.

@@ -56,7 +56,7 @@ TEST(UpperLayers, LongListsReadBack) {
     tile.upper.push_back(
         {i / 4, static_cast<std::int32_t>(i % 4 * 3000), static_cast<std::int16_t>(i), 7, 9, 11, UpperKind::kDetached});
   const EncodedShard shard = encode_shard(tile, {});
-  EXPECT_EQ(decode_shard(shard.file, 2000, tile.box, shard.values_xxh3).upper, tile.upper);
+  EXPECT_EQ(decode_shard({shard.file, 2000, tile.box}, shard.values_xxh3).upper, tile.upper);
 }
 
 // A list that nobody has written takes a few bytes of a file, however long.
@@ -86,7 +86,7 @@ class ForgedList : public testing::Test {
     file.close();
     const std::string text = file_text(path);
     try {
-      decode_shard({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, 2000, box_, shard_.values_xxh3);
+      decode_shard({{reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, 2000, box_}, shard_.values_xxh3);
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ErrorCode::kVerification);
       return e.what();
@@ -131,7 +131,7 @@ TEST(UpperLayers, FullListsReadBack) {
                             static_cast<std::int32_t>(i % kMaxUpperPerNode * 3000), 0, 0, 0, 3, UpperKind::kDetached});
     EXPECT_TRUE(is_sound_list(tile.upper, tile.box));
     const EncodedShard shard = encode_shard(tile, {});
-    EXPECT_EQ(decode_shard(shard.file, 2000, tile.box, shard.values_xxh3).upper, tile.upper);
+    EXPECT_EQ(decode_shard({shard.file, 2000, tile.box}, shard.values_xxh3).upper, tile.upper);
   }
 }
 
@@ -141,7 +141,9 @@ TEST(UpperLayers, MoreThanANodeBearsAreRefused) {
   for (std::uint32_t i = 0; i <= kMaxUpperPerNode; ++i)
     tile.upper.push_back({7, static_cast<std::int32_t>(i * 3000), 0, 0, 0, 3, UpperKind::kDetached});
   const EncodedShard shard = encode_shard(tile, {});
-  EXPECT_EQ(thrown_code([&] { decode_shard(shard.file, 2000, tile.box, shard.values_xxh3); }),
+  EXPECT_EQ(thrown_code([&] {
+              decode_shard({shard.file, 2000, tile.box}, shard.values_xxh3);
+            }),
             ErrorCode::kVerification);
   const auto writer = MapWriter::create(temporary / "a.btms", kLayout);
   EXPECT_EQ(thrown_code([&] { writer->put({0, 0}, std::move(tile)); }), ErrorCode::kFailed);
@@ -152,7 +154,7 @@ TEST(UpperLayers, AShardWithoutAnyHasNoLists) {
   const EncodedShard shard = encode_shard(tile, {});
   const std::string text(shard.file.begin(), shard.file.end());
   EXPECT_EQ(text.find("upper_height"), std::string::npos);
-  EXPECT_TRUE(decode_shard(shard.file, 2000, tile.box, shard.values_xxh3).upper.empty());
+  EXPECT_TRUE(decode_shard({shard.file, 2000, tile.box}, shard.values_xxh3).upper.empty());
 }
 
 }  // namespace

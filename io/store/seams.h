@@ -1,0 +1,49 @@
+// The borders between shards: a corner that two of them hold has one height.
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "io/store/manifest.h"
+
+namespace btms {
+
+struct SeamProblem {
+  std::size_t first, second;  // shards, as counted in the manifest
+  std::size_t corners;        // that differ
+  Cell where;                 // the south-westernmost of them
+  std::int32_t first_mm, second_mm;
+};
+
+// Shards come one by one, in any order; of each only the heights that a neighbour still has to be compared with are
+// kept. Thread-safe.
+class Seams {
+ public:
+  explicit Seams(const std::vector<ShardEntry>& shards);
+
+  void add(std::size_t shard, const TerrainTile& content);
+  // A shard whose heights are not known.
+  void skip(std::size_t shard);
+  std::vector<SeamProblem> problems() const { return problems_; }
+
+ private:
+  using Pair = std::pair<std::size_t, std::size_t>;  // ascending
+  // Corners, end column and row included.
+  struct Strip {
+    CellBox corners;
+    std::vector<std::int32_t> heights_mm;
+  };
+  template <class Fn>
+  void each_neighbour(std::size_t shard, Fn&& fn) const;
+  void compare(const Pair& pair, const Strip& first, const Strip& second);
+
+  const std::vector<ShardEntry>& shards_;
+  std::map<TileId, std::size_t> at_;
+  std::mutex mutex_;  // guards what follows
+  std::map<Pair, Strip> waiting_;
+  std::vector<SeamProblem> problems_;
+};
+
+}  // namespace btms
