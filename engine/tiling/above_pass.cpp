@@ -221,9 +221,10 @@ void above_pass(const PassContext& context, const OrderedPoints& points, const R
   const int sheets_kept = record_number(kAfterRounds, Step::kSheets), joined_kept = record_number(kAfterRounds, Step::kJoined),
             verdicts_kept = record_number(kAfterRounds, Step::kVerdicts);
   SheetLists found = look_above(context.on(finished.made()), points, rules, finished.values);
-  context.on(finished.made()).for_each_tile("sheets", {reads(found)}, [&](std::size_t i, int) {
-    records.save(sheets_kept, table.tiles()[i].id, table.tiles()[i].box, found[i]);
-  });
+  if (records.keep())
+    context.on(finished.made()).for_each_tile("save", {reads(found)}, [&](std::size_t i, int) {
+      records.save(sheets_kept, table.tiles()[i].id, table.tiles()[i].box, found[i]);
+    });
   records.finish(sheets_kept);
 
   SparseFields<Sheet> sheets(context.pager, n);

@@ -187,6 +187,7 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
       TileSet created;
       nodes.begin(k, fit, created);
       context.on(created).for_each_tile("prior", {prior.use(), writes(nodes.fields)}, [&](std::size_t i, int) {
+        nodes.create(i);
         regions[i].for_each_node([&](NodeId node) {
           if (!prior.outside(i, node)) nodes.fields[i].cell(node.cell)[node.triangle].level_class = LevelClass::kEmpty;
         });

@@ -35,10 +35,9 @@ void LevelNodes::begin(int round, const TileSet& fit, TileSet& created) {
     created[i] = fit[i] && !here_[i];
   }
   here_ = fit;
-  context_.on(created).for_each_tile("prior", {writes(fields)}, [&](std::size_t i, int) {
-    fields[i] = TileField<LevelNode>(context_.table.tiles()[i].box, halo_);
-  });
 }
+
+void LevelNodes::create(std::size_t i) { fields[i] = TileField<LevelNode>(context_.table.tiles()[i].box, halo_); }
 
 void LevelNodes::fetch(std::size_t i) {
   const Tile& tile = context_.table.tiles()[i];
@@ -47,7 +46,7 @@ void LevelNodes::fetch(std::size_t i) {
   std::vector<NodeKey> ids;
   std::vector<std::uint8_t> verdicts;
   records_.recall(record_number(round_, Step::kVerdicts), tile.id, tile.box, ids, verdicts, rejected_before_[i]);
-  fields[i] = TileField<LevelNode>(tile.box, halo_);
+  create(i);
   kept.resize(static_cast<std::size_t>(tile.box.cells()) * kTriangles);
   rejected_before_[i].resize(kept.size());
   for_each_inner(fields[i], [&](std::size_t at, std::size_t k, Cell) {

@@ -18,8 +18,10 @@ class LevelNodes {
   TileFields<LevelNode> fields;
 
   // A round begins: in these tiles nodes are fitted or classified, what else is in memory is of the round before and
-  // goes. Tiles of which nothing is in memory get empty nodes and are marked in `created`.
+  // goes. Tiles of which nothing is in memory are marked in `created`: they are to be created.
   void begin(int round, const TileSet& fit, TileSet& created);
+  // Empty nodes.
+  void create(std::size_t tile);
   // The nodes of these tiles are in memory: fetches the missing ones from the round's records.
   void need(const TileSet& tiles);
 

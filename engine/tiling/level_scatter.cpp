@@ -30,31 +30,37 @@ Measured settle(const PassContext& context, const TileTable& coarsest, ScatterFi
                 const Measuring& measuring) {
   const auto& tiles = coarsest.tiles();
   Measured out{std::move(fields), Changes(tiles.size())};
-  context.for_each_tile("misfit", {writes(out.fields)}, [&](std::size_t i, int) {
+  const Records& records = measuring.records;
+  if (!records.keep() && count(measuring.anew) == tiles.size()) {
+    out.changes = Changes::everywhere(coarsest);
+    exchange_halo(coarsest, out.fields, kScatterHalo, context.threads, context.ranks);
+    return out;
+  }
+  context.for_each_tile("compare", {writes(out.fields)}, [&](std::size_t i, int) {
     const Tile& tile = tiles[i];
     TileField<GroundScatter>& field = out.fields[i];
     std::vector<GroundScatter> kept;
     if (!measuring.anew[i]) {
-      measuring.records.recall(measuring.number, tile.id, tile.box, kept);
+      records.recall(measuring.number, tile.id, tile.box, kept);
       kept.resize(static_cast<std::size_t>(tile.box.cells()));
       std::size_t k = 0;
       for_each_cell(tile.box, [&](Cell c) { *field.cell(c) = kept[k++]; });
       return;
     }
-    if (!measuring.records.keep()) return;
+    if (!records.keep()) return;
     const std::vector<GroundScatter> now = cells_of(field);
-    const bool known = measuring.records.follow() &&
-                       measuring.records.load(measuring.number, tile.id, tile.box, kept) && kept.size() == now.size();
+    const bool known = records.follow() &&
+                       records.load(measuring.number, tile.id, tile.box, kept) && kept.size() == now.size();
     std::size_t k = 0;
     for_each_cell(tile.box, [&](Cell c) {
       if (!known || kept[k].squares_mm2 != now[k].squares_mm2 || kept[k].count != now[k].count)
         out.changes.boxes[i] = out.changes.boxes[i].hull({c.col, c.row, c.col + 1, c.row + 1});
       ++k;
     });
-    if (!out.changes.boxes[i].empty()) measuring.records.save(measuring.number, tile.id, tile.box, now);
+    if (!out.changes.boxes[i].empty()) records.save(measuring.number, tile.id, tile.box, now);
   });
-  if (count(measuring.anew) > 0) measuring.records.finish(measuring.number);
-  if (measuring.records.keep())
+  if (count(measuring.anew) > 0) records.finish(measuring.number);
+  if (records.keep())
     out.changes.share(context.ranks);
   else
     out.changes = Changes::everywhere(coarsest);

@@ -31,6 +31,7 @@ void PassContext::for_each_tile(const char* phase, const std::vector<Use>& uses,
   std::vector<std::size_t> mine;
   for (std::size_t i = 0; i < table.tiles().size(); ++i)
     if (owns(i) && (!only || (*only)[i])) mine.push_back(i);
+  if (mine.empty()) return;
   if (!pager.limited())  // big tiles first: the last one to run should be short
     std::stable_sort(mine.begin(), mine.end(), [&](std::size_t a, std::size_t b) {
       return table.tiles()[a].box.cells() > table.tiles()[b].box.cells();
