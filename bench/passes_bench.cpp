@@ -15,6 +15,7 @@
 
 #include "bench/bench_city.h"
 #include "bench/measure.h"
+#include "engine/tiling/finished_tiles.h"
 #include "engine/tiling/passes.h"
 
 namespace btms::bench {
@@ -83,10 +84,19 @@ class Runner {
     exchange(nodes, kFitHalo);
     return fit_pass(context_, nodes);
   }
-  void layers(FinishedTiles& tiles) { layer_pass(context_, tiles); }
-  CommitSummary commit(FinishedTiles&& tiles, TileSink& sink) { return commit_pass(context_, std::move(tiles), sink); }
+  void layers(FinishedTiles& tiles) {
+    FinalTiles all = final_tiles(std::move(tiles));
+    layer_pass(context_, all);
+    tiles = std::move(all.values);
+  }
+  CommitSummary commit(FinishedTiles&& tiles, TileSink& sink) {
+    return commit_pass(context_, final_tiles(std::move(tiles)), sink);
+  }
 
  private:
+  FinalTiles final_tiles(FinishedTiles&& tiles) const {
+    return {std::move(tiles), TileSet(stages_.table.tiles().size(), 1), nullptr};
+  }
   void exchange(NodeFields& nodes, std::int32_t rings) {
     exchange_halo(stages_.table, nodes, rings, *threads_, *ranks_);
   }

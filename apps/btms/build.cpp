@@ -99,11 +99,9 @@ BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, Bu
   options.before = before.get();
   std::unique_ptr<MapWriter> writer;
   const auto make_sink = [&](const MapLayout& layout) -> TileSink& {
-    writer = MapWriter::create(command.output, layout,
-                               {.rank = ranks.rank(),
-                                .crs = info.crs_wkt,
-                                .identity = build_identity(info),
-                                .resume = going_on.resume});
+    writer = MapWriter::create(
+        command.output, layout,
+        {.rank = ranks.rank(), .crs = info.crs_wkt, .identity = build_identity(info), .resume = going_on.resume});
     if (writer->revision() != going_on.revision)
       throw Error(ErrorCode::kFailed, "another build has replaced the map meanwhile; start again", command.output);
     return *writer;
@@ -167,9 +165,8 @@ int run_build(const BuildCommand& command) {
       throw Error(ErrorCode::kUsage, "an update needs the --trajectory that the map was built with, and no other",
                   command.output);
     options.parameters = choice.parameters;
-    options.tile_cells = map.layout.grid.origin == Cell{}
-                             ? map.layout.grid.edge_cells >> (level_count(choice.parameters) - 1)
-                             : 0;
+    options.tile_cells =
+        map.layout.grid.origin == Cell{} ? map.layout.grid.edge_cells >> (level_count(choice.parameters) - 1) : 0;
   }
   const auto& paths = list.paths;
   if (!command.picture.empty()) {
@@ -281,9 +278,7 @@ Command add_build(CLI::App& btms) {
   auto command = std::make_shared<BuildCommand>();
   CLI::App* app = btms.add_subcommand("build", "Build a map: point files in, a terrain model on disk out");
   app->footer(kFooter);
-  app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")
-      ->default_str("")
-      ->type_name("");
+  app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")->default_str("")->type_name("");
   app->add_option("-o,--output", command->output, "The map's folder, by custom called NAME.btms")
       ->required()
       ->type_name("MAP");

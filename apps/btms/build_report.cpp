@@ -25,7 +25,8 @@ Json report_json(const BuildReport& report) {
   json["extent_m"] = s.extent_m;
   json["tiles"] = s.tiles;
   if (report.updated)
-    json["update"] = {{"tiles_worked_on", s.tiles_recomputed}, {"tiles_in_reach", s.tiles_in_reach},
+    json["update"] = {{"tiles_worked_on", s.tiles_recomputed},
+                      {"tiles_in_reach", s.tiles_in_reach},
                       {"tiles_renewed", s.tiles_renewed}};
   json["nodes"] = {{"total", s.nodes},       {"observed", s.observed}, {"predicted", s.predicted},
                    {"obstacle", s.obstacle}, {"filled", s.filled},     {"unknown", s.unknown}};
@@ -65,8 +66,9 @@ void print_build_report(const BuildReport& report, bool as_json) {
   table.row({"extent", fmt::format("{:.0f} x {:.0f} m", s.extent_m[2] - s.extent_m[0], s.extent_m[3] - s.extent_m[1])});
   table.row({"tiles", grouped(s.tiles)});
   if (report.updated)
-    table.row({"update", fmt::format("{} worked on, {} in reach of the changes, {} renewed", grouped(s.tiles_recomputed),
-                                     grouped(s.tiles_in_reach), grouped(s.tiles_renewed))});
+    table.row(
+        {"update", fmt::format("{} worked on, {} in reach of the changes, {} renewed", grouped(s.tiles_recomputed),
+                               grouped(s.tiles_in_reach), grouped(s.tiles_renewed))});
   table.row({"nodes", fmt::format("{}: {} observed, {} predicted, {} obstacle, {} filled, {} unknown", grouped(s.nodes),
                                   grouped(s.observed), grouped(s.predicted), grouped(s.obstacle), grouped(s.filled),
                                   grouped(s.unknown))});

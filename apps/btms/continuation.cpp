@@ -42,8 +42,10 @@ InputList updated_inputs(const MapInfo& map, const fs::path& folder, const Conti
     const fs::path path = fs::path(in.path).is_absolute() ? fs::path(in.path) : (folder / in.path).lexically_normal();
     if (in.path.empty() || !fs::exists(path))
       throw Error(ErrorCode::kUsage,
-                  "the map's input " + in.name + " is not there any more; bring it back, take it out of the map with "
-                      "--remove " + in.name + ", or build the map anew",
+                  "the map's input " + in.name +
+                      " is not there any more; bring it back, take it out of the map with "
+                      "--remove " +
+                      in.name + ", or build the map anew",
                   path.string());
     if (!in.content.empty() && content_print(path).text != in.content)
       out.warnings.push_back(in.name + " is not what it was when the map was built; it is read anew");
@@ -53,8 +55,8 @@ InputList updated_inputs(const MapInfo& map, const fs::path& folder, const Conti
     throw Error(ErrorCode::kUsage, "--remove " + unknown[0] + ": the map has no input of this name", folder.string());
   for (const fs::path& path : added.paths) {
     const auto there = [&](const fs::path& p) {
-      return same_file(p, path) || (fs::file_size(p) == fs::file_size(path) &&
-                                    content_print(p).text == content_print(path).text);
+      return same_file(p, path) ||
+             (fs::file_size(p) == fs::file_size(path) && content_print(p).text == content_print(path).text);
     };
     if (std::any_of(out.paths.begin(), out.paths.end(), there))
       out.warnings.push_back(path.filename().string() + " is in the map already");

@@ -206,7 +206,7 @@ namespace {
 // What is decided about a component of sheets.
 struct SheetVerdict {
   SheetId component;
-  std::uint32_t surface;    // a further surface, not clutter
+  std::uint32_t surface;  // a further surface, not clutter
   std::uint32_t reachable;
   friend bool operator==(const SheetVerdict&, const SheetVerdict&) = default;
 };
@@ -218,7 +218,8 @@ void above_pass(const PassContext& context, const OrderedPoints& points, const R
   const std::size_t n = table.tiles().size();
   const LevelRules rules(context.parameters, table.layout().lattice.resolution_mm(), false,
                          false);  // a deck is not smooth ground: the wider scale
-  const int sheets_kept = record_number(kAfterRounds, Step::kSheets), joined_kept = record_number(kAfterRounds, Step::kJoined),
+  const int sheets_kept = record_number(kAfterRounds, Step::kSheets),
+            joined_kept = record_number(kAfterRounds, Step::kJoined),
             verdicts_kept = record_number(kAfterRounds, Step::kVerdicts);
   SheetLists found = look_above(context.on(finished.made()), points, rules, finished.values);
   if (records.keep())
@@ -243,7 +244,8 @@ void above_pass(const PassContext& context, const OrderedPoints& points, const R
                                     [&](std::size_t i, int) { link_tile(sheets[i], rules, linked[i]); });
   };
   // As in judge_level: a tile's part in the verdicts names the components of its neighbours.
-  const TileSet join_tiles = within(table, finished.made(), kLinkHalo), link_tiles = within(table, join_tiles, kLinkHalo);
+  const TileSet join_tiles = within(table, finished.made(), kLinkHalo),
+                link_tiles = within(table, join_tiles, kLinkHalo);
   finished.need(join_tiles, context);
   fetch(link_tiles);
   exchange_halo(table, sheets, kLinkHalo, context.threads, context.ranks, &join_tiles);
@@ -252,24 +254,25 @@ void above_pass(const PassContext& context, const OrderedPoints& points, const R
 
   Paged<TileSheets> joined(context.pager, n);
   std::vector<std::vector<SheetVerdict>> verdicts(n);  // of the components of a tile
-  context.for_each_tile(
-      "join sheets", {reads(sheets), reads(finished.values), writes(linked), writes(joined)}, [&](std::size_t i, int) {
-        const Tile& tile = table.tiles()[i];
-        TileSheets& own = joined[i];
-        if (!join_tiles[i]) {
-          records.recall(joined_kept, tile.id, tile.box, own.components, own.links, own.sums);
-          records.recall(verdicts_kept, tile.id, tile.box, verdicts[i]);
-          return;
-        }
-        const std::span<const Sheet> here = std::as_const(sheets[i]).values();
-        own.components = std::move(linked[i].components);
-        for (const auto& [a, b] : linked[i].links) own.links.push_back({here[a].component, here[b].component});
-        sort_unique(own.links);
-        own.sums = sums_of(sheets[i], finished.values[i], rules);
-        if (!records.keep()) return;
-        records.save(joined_kept, tile.id, tile.box, own.components, own.links, own.sums);
-        for (const SheetComponent& c : own.components) verdicts[i].push_back({c.id, 0, 0});
-      });
+  context.for_each_tile("join sheets", {reads(sheets), reads(finished.values), writes(linked), writes(joined)},
+                        [&](std::size_t i, int) {
+                          const Tile& tile = table.tiles()[i];
+                          TileSheets& own = joined[i];
+                          if (!join_tiles[i]) {
+                            records.recall(joined_kept, tile.id, tile.box, own.components, own.links, own.sums);
+                            records.recall(verdicts_kept, tile.id, tile.box, verdicts[i]);
+                            return;
+                          }
+                          const std::span<const Sheet> here = std::as_const(sheets[i]).values();
+                          own.components = std::move(linked[i].components);
+                          for (const auto& [a, b] : linked[i].links)
+                            own.links.push_back({here[a].component, here[b].component});
+                          sort_unique(own.links);
+                          own.sums = sums_of(sheets[i], finished.values[i], rules);
+                          if (!records.keep()) return;
+                          records.save(joined_kept, tile.id, tile.box, own.components, own.links, own.sums);
+                          for (const SheetComponent& c : own.components) verdicts[i].push_back({c.id, 0, 0});
+                        });
   records.finish(joined_kept);
   // What is gathered, and the sums that are made of it.
   const Pager::Claim claim(context.pager,
@@ -310,8 +313,8 @@ void above_pass(const PassContext& context, const OrderedPoints& points, const R
       const SheetVerdict verdict = judge(s.component);
       if (!verdict.surface) continue;
       const LevelNode& plane = s.sheet.plane;
-      tile.upper.push_back({static_cast<std::uint32_t>(tile.node_index(node_of_key(s.node))), height_at_centre_mm(plane),
-                            plane.slope_x, plane.slope_y, plane.sd_mm, plane.count,
+      tile.upper.push_back({static_cast<std::uint32_t>(tile.node_index(node_of_key(s.node))),
+                            height_at_centre_mm(plane), plane.slope_x, plane.slope_y, plane.sd_mm, plane.count,
                             verdict.reachable ? UpperKind::kReachable : UpperKind::kDetached});
     }
     std::stable_sort(tile.upper.begin(), tile.upper.end(), [](const UpperNode& a, const UpperNode& b) {

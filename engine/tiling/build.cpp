@@ -47,9 +47,9 @@ std::array<double, 4> extent_of(std::span<const BinId> bins, const BinGrid& grid
 // The tiles leave the engine; what all ranks have made.
 void commit(const PassContext& context, FinalTiles&& finished, TileSink& sink, BuildSummary& summary) {
   const CommitSummary done = commit_pass(context, std::move(finished), sink);
-  const auto sums =
-      context.ranks.sum<std::uint64_t>({done.tiles, done.nodes(), done.observed, done.predicted, done.obstacle,
-                                        done.filled, done.unknown, context.pager.spill().bytes_written(), done.renewed});
+  const auto sums = context.ranks.sum<std::uint64_t>({done.tiles, done.nodes(), done.observed, done.predicted,
+                                                      done.obstacle, done.filled, done.unknown,
+                                                      context.pager.spill().bytes_written(), done.renewed});
   summary.tiles = sums[0];
   summary.nodes = sums[1];
   summary.observed = sums[2];
@@ -144,10 +144,9 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
     Records records(options.memory);
     if (records.follow() && (!options.before || options.before->layout() != summary.layout))
       throw Error(ErrorCode::kFailed, "the map that is followed has another layout");
-    Levels built = build_levels({p, table, *points, options.trajectory, options.labels_only,
-                                 options.neighbours_by_lattice, records},
-                                threads, ranks, pager, progress,
-                                [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
+    Levels built = build_levels(
+        {p, table, *points, options.trajectory, options.labels_only, options.neighbours_by_lattice, records}, threads,
+        ranks, pager, progress, [&](int level) { watch.lap("level " + std::to_string(level + 1), summary.phases); });
     const PassContext context{p, built.table, threads, ranks, pager, progress, options.trajectory};
     FinalTiles finished(std::move(built.tiles), std::move(built.finished), records.follow() ? options.before : nullptr);
     if (options.layers) above_pass(context, *points, records, finished);

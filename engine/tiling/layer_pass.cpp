@@ -175,17 +175,16 @@ void layer_pass(const PassContext& context, FinalTiles& finished) {
   exchange_halo(table, corners, kStepHalo, context.threads, context.ranks, &stepped);
 
   TileFields<OwnCost> costs(context.pager, tiles.size());
-  context.on(looked_at).for_each_tile(
-      "layers", {writes(finished.values), writes(corners), writes(costs)}, [&](std::size_t i, int) {
-        if (stepped[i]) find_steps(corners[i], finished.values[i]);
-        corners[i] = {};
-        costs[i] = TileField<OwnCost>(tiles[i].box, vehicle.rings());
-        find_own_costs(finished.values[i], vehicle, costs[i]);
-      });
+  context.on(looked_at).for_each_tile("layers", {writes(finished.values), writes(corners), writes(costs)},
+                                      [&](std::size_t i, int) {
+                                        if (stepped[i]) find_steps(corners[i], finished.values[i]);
+                                        corners[i] = {};
+                                        costs[i] = TileField<OwnCost>(tiles[i].box, vehicle.rings());
+                                        find_own_costs(finished.values[i], vehicle, costs[i]);
+                                      });
   exchange_halo(table, costs, vehicle.rings(), context.threads, context.ranks, &costed);
-  context.on(costed).for_each_tile("layers", {writes(finished.values), reads(costs)}, [&](std::size_t i, int) {
-    spread_costs(costs[i], vehicle, finished.values[i]);
-  });
+  context.on(costed).for_each_tile("layers", {writes(finished.values), reads(costs)},
+                                   [&](std::size_t i, int) { spread_costs(costs[i], vehicle, finished.values[i]); });
 }
 
 }  // namespace btms

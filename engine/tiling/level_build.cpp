@@ -50,8 +50,7 @@ LevelRegions wanted_parts(const TileTable& table, const LevelRegions& regions, c
     SquareMask rim(table.tiles()[i].box);
     table.for_each_overlap(rim.box.grown(kFitHalo), [&](std::size_t j, const CellBox&) {
       if (!wanted[j]) return;
-      for_each_cell(table.tiles()[j].box.grown(kFitHalo).intersect(rim.box),
-                    [&](Cell c) { rim.at(c.col, c.row) = 1; });
+      for_each_cell(table.tiles()[j].box.grown(kFitHalo).intersect(rim.box), [&](Cell c) { rim.at(c.col, c.row) = 1; });
     });
     out[i] = LevelRegion(rim);
   }
@@ -120,7 +119,7 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
   }
   const PassContext outset{parameters, in.coarsest, threads, ranks, pager, progress, in.trajectory};
   Changes touched = touched_cells(outset, in.points, records);  // on the level that is worked on, as all that follow
-  Changes prior_changes(n), misfit_changes(n);  // those of the coarsest level
+  Changes prior_changes(n), misfit_changes(n);                  // those of the coarsest level
   built.bound = touched.grown(kDomainRings);
   built.worked_on.assign(n, 0);
 
@@ -131,9 +130,10 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
       table = table.finer();
       touched = touched.finer(), prior_changes = prior_changes.finer(), built.bound = built.bound.finer();
       const PassContext context{parameters, table, threads, ranks, pager, progress, in.trajectory};
-      misfits.push_back(measure_misfit(
-          context, in.coarsest, level, TileFields<LevelNode>(),
-          {records, record_number(rounds_before(parameters, level), Step::kMisfit), TileSet(n)}).fields);
+      misfits.push_back(
+          measure_misfit(context, in.coarsest, level, TileFields<LevelNode>(),
+                         {records, record_number(rounds_before(parameters, level), Step::kMisfit), TileSet(n)})
+              .fields);
     }
     if (level + 1 == begin) {
       surfaces = RoundSurfaces(table, pager, rounds_before(parameters, begin) - 1);
@@ -207,8 +207,8 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
       built.components = judgement.components;
       if (round == 0 && !first) {
         const TileSet anew = within(table, judgement.changes, 0);
-        Measured misfit = measure_misfit(context, in.coarsest, level, nodes.fields,
-                                         {records, record_number(k, Step::kMisfit), anew});
+        Measured misfit =
+            measure_misfit(context, in.coarsest, level, nodes.fields, {records, record_number(k, Step::kMisfit), anew});
         misfit_changes.add(misfit.changes);
         misfits.push_back(std::move(misfit.fields));
       }
@@ -231,7 +231,8 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
         built.bound = built.bound.grown(2 * kScatterHalo << level);
       }
       add(built.worked_on, wanted);
-      const TileSet completes = within(table, wanted, kFitHalo), near = within(table, completes, rules.completion_halo());
+      const TileSet completes = within(table, wanted, kFitHalo),
+                    near = within(table, completes, rules.completion_halo());
       nodes.need(spans ? within(table, near, span_halo) : near);
       SpanGrounds grounds;
       if (spans) {
@@ -275,9 +276,9 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
         TileSet anew = within(table, touched, 0);
         add(anew, within(table, prior_changes, 0));
         built.finished = wanted;
-        built.tiles = finish_levels(context, in.coarsest, in.points, rules,
-                                    {nodes.fields, completed, own.tiles(), misfits},
-                                    {records, record_number(kAfterRounds, Step::kGround), anew}, wanted);
+        built.tiles =
+            finish_levels(context, in.coarsest, in.points, rules, {nodes.fields, completed, own.tiles(), misfits},
+                          {records, record_number(kAfterRounds, Step::kGround), anew}, wanted);
       }
     }
     surfaces = std::move(own);

@@ -77,8 +77,7 @@ FinishedTiles finish_levels(const PassContext& context, const TileTable& coarses
                             const LevelRules& rules, const LastRound& last, const Measuring& measuring,
                             const TileSet& wanted) {
   const int refinements = level_count(context.parameters) - 1;
-  const ScatterFields ground =
-      measure_ground(context, coarsest, refinements, points, last.surfaces, measuring).fields;
+  const ScatterFields ground = measure_ground(context, coarsest, refinements, points, last.surfaces, measuring).fields;
   FinishedTiles tiles(context.pager, last.surfaces.size());
   std::vector<Use> uses{reads(last.nodes), reads(last.completed), reads(last.surfaces), reads(ground), writes(tiles)};
   for (const ScatterFields& misfit : last.misfits) uses.push_back(reads(misfit));

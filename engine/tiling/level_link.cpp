@@ -8,9 +8,9 @@
 #include "engine/terrain/components.h"
 #include "engine/terrain/level_edges.h"
 #include "engine/terrain/level_links.h"
+#include "engine/tiling/level_nodes.h"
 #include "engine/tiling/level_passes.h"
 #include "engine/tiling/level_points.h"
-#include "engine/tiling/level_nodes.h"
 #include "engine/tiling/merged_components.h"
 
 namespace btms {
@@ -382,20 +382,21 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
 
   Paged<TileRims> rims(context.pager, n);
   std::vector<KnownVerdicts> known(n);
-  context.on(rim_tiles).for_each_tile(
-      "rim", {reads(nodes), reads(ids), writes(tile_links), writes(rims)}, [&](std::size_t i, int) {
-        const std::span<const NodeKey> id = std::as_const(ids[i]).values();
-        for (const auto& [a, b] : tile_links[i].links) rims[i].pairs.push_back({id[a], id[b]});
-        sort_unique(rims[i].pairs);
-        rims[i].edges = rim_edges(nodes[i], regions[i], tile_links[i].edges, ids[i]);
-        rims[i].components = std::move(tile_links[i].components);
-        tile_links[i] = {};
-        if (!records.keep()) return;
-        records.save(record_number(round, Step::kRims), tiles[i].id, tiles[i].box, rims[i].components, rims[i].pairs,
-                     rims[i].edges);
-        for (const Component& c : rims[i].components) known[i].ids.push_back(c.id);
-        std::sort(known[i].ids.begin(), known[i].ids.end());
-      });
+  context.on(rim_tiles).for_each_tile("rim", {reads(nodes), reads(ids), writes(tile_links), writes(rims)},
+                                      [&](std::size_t i, int) {
+                                        const std::span<const NodeKey> id = std::as_const(ids[i]).values();
+                                        for (const auto& [a, b] : tile_links[i].links)
+                                          rims[i].pairs.push_back({id[a], id[b]});
+                                        sort_unique(rims[i].pairs);
+                                        rims[i].edges = rim_edges(nodes[i], regions[i], tile_links[i].edges, ids[i]);
+                                        rims[i].components = std::move(tile_links[i].components);
+                                        tile_links[i] = {};
+                                        if (!records.keep()) return;
+                                        records.save(record_number(round, Step::kRims), tiles[i].id, tiles[i].box,
+                                                     rims[i].components, rims[i].pairs, rims[i].edges);
+                                        for (const Component& c : rims[i].components) known[i].ids.push_back(c.id);
+                                        std::sort(known[i].ids.begin(), known[i].ids.end());
+                                      });
   records.finish(record_number(round, Step::kRims));
   if (records.follow()) {
     TileSet others(n);
@@ -403,8 +404,8 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
     context.on(others).for_each_tile("recall", {writes(rims)}, [&](std::size_t i, int) {
       recall_rims(records, round, tiles[i], rims[i]);
       std::vector<std::uint8_t> of_nodes;
-      records.recall(record_number(round, Step::kVerdicts), tiles[i].id, tiles[i].box, known[i].ids,
-                     known[i].rejected, of_nodes);
+      records.recall(record_number(round, Step::kVerdicts), tiles[i].id, tiles[i].box, known[i].ids, known[i].rejected,
+                     of_nodes);
     });
   }
 
@@ -440,9 +441,8 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
       return rejected;
     };
     if (!records.keep()) {
-      regions[i].for_each_node([&](NodeId node) {
-        judge(ids[i].cell(node.cell)[node.triangle], nodes[i].cell(node.cell)[node.triangle]);
-      });
+      regions[i].for_each_node(
+          [&](NodeId node) { judge(ids[i].cell(node.cell)[node.triangle], nodes[i].cell(node.cell)[node.triangle]); });
       return;
     }
     std::vector<std::uint8_t> of_nodes(static_cast<std::size_t>(tiles[i].box.cells()) * kTriangles);

@@ -55,7 +55,8 @@ void for_each_inner(const TileField<LevelNode>& nodes, const Fn& fn) {
   const CellBox& box = nodes.interior();
   std::size_t k = 0;
   for (std::int32_t row = box.row0; row < box.row1; ++row)
-    for (std::int32_t col = box.col0; col < box.col1; ++col, k += kTriangles) fn(nodes.offset({col, row}), k, Cell{col, row});
+    for (std::int32_t col = box.col0; col < box.col1; ++col, k += kTriangles)
+      fn(nodes.offset({col, row}), k, Cell{col, row});
 }
 
 }  // namespace btms

@@ -49,8 +49,8 @@ Measured settle(const PassContext& context, const TileTable& coarsest, ScatterFi
     }
     if (!records.keep()) return;
     const std::vector<GroundScatter> now = cells_of(field);
-    const bool known = records.follow() &&
-                       records.load(measuring.number, tile.id, tile.box, kept) && kept.size() == now.size();
+    const bool known =
+        records.follow() && records.load(measuring.number, tile.id, tile.box, kept) && kept.size() == now.size();
     std::size_t k = 0;
     for_each_cell(tile.box, [&](Cell c) {
       if (!known || kept[k].squares_mm2 != now[k].squares_mm2 || kept[k].count != now[k].count)

@@ -51,8 +51,8 @@ struct PassContext {
     return {parameters, table, threads, ranks, pager, progress, trajectory, &tiles};
   }
   bool owns(std::size_t tile) const { return table.tiles()[tile].owner == ranks.rank(); }
-  // Runs body(tile index, worker) on every tile of this rank that is to be worked on, with the tile's elements of `uses` in memory; stops when
-  // progress says so.
+  // Runs body(tile index, worker) on every tile of this rank that is to be worked on, with the tile's elements of
+  // `uses` in memory; stops when progress says so.
   void for_each_tile(const char* phase, const std::vector<Use>& uses,
                      const std::function<void(std::size_t, int)>& body) const;
 };

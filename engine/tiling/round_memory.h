@@ -1,5 +1,5 @@
-// What a build remembers of itself: per tile and step of the coarse-to-fine method, what a later run needs to take it up
-// there, or to recompute only what has changed since. io/store keeps it in the map's folder.
+// What a build remembers of itself: per tile and step of the coarse-to-fine method, what a later run needs to take it
+// up there, or to recompute only what has changed since. io/store keeps it in the map's folder.
 #pragma once
 
 #include <cstdint>

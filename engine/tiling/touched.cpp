@@ -30,7 +30,9 @@ struct BinPrint {
   }
   bool same(const BinPrint& o) const { return points == o.points && low == o.low && high == o.high; }
 };
-bool before(const BinPrint& a, const BinPrint& b) { return std::tie(a.bin.by, a.bin.bx) < std::tie(b.bin.by, b.bin.bx); }
+bool before(const BinPrint& a, const BinPrint& b) {
+  return std::tie(a.bin.by, a.bin.bx) < std::tie(b.bin.by, b.bin.bx);
+}
 
 }  // namespace
 
@@ -56,7 +58,7 @@ Changes touched_cells(const PassContext& context, const OrderedPoints& points, R
     std::vector<BinPrint> then;
     if (!records.follow() || !records.load(number, tiles[i].id, tiles[i].box, then)) {
       out.boxes[i] = tiles[i].box;
-      records.forget(tiles[i].id);
+      if (records.follow()) records.forget(tiles[i].id);
     } else {
       const auto touch = [&](const BinPrint& p) {
         out.boxes[i] = out.boxes[i].hull({p.bin.bx, p.bin.by, p.bin.bx + 1, p.bin.by + 1});

@@ -7,8 +7,8 @@
 
 namespace btms {
 
-// Cells of the coarsest level, all of tiles of which nothing is known; keeps what the points are now. Compares sets: neither the
-// order of the points nor the files they come in matter. Collective; `context` is of the coarsest level.
+// Cells of the coarsest level, all of tiles of which nothing is known; keeps what the points are now. Compares sets:
+// neither the order of the points nor the files they come in matter. Collective; `context` is of the coarsest level.
 Changes touched_cells(const PassContext& context, const OrderedPoints& points, Records& records);
 
 }  // namespace btms

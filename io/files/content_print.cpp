@@ -17,8 +17,7 @@ namespace btms {
 ContentPrint content_print(const std::filesystem::path& file) {
   constexpr std::uint64_t kBlock_bytes = 64 << 10, kBlocks = 64;
   const auto fail = [&](const char* doing) {
-    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + system_reason(errno),
-                file.string());
+    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + system_reason(errno), file.string());
   };
   const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (fd.get() < 0) fail("open");
@@ -30,8 +29,9 @@ ContentPrint content_print(const std::filesystem::path& file) {
   const std::uint64_t blocks = std::min(kBlocks, (size + kBlock_bytes - 1) / kBlock_bytes);
   for (std::uint64_t k = 0; k < blocks; ++k) {
     // The first block at the beginning, the last at the end.
-    const std::uint64_t begin =
-        blocks < kBlocks ? k * kBlock_bytes : (size - kBlock_bytes) / (kBlocks - 1) * k + (k == kBlocks - 1 ? (size - kBlock_bytes) % (kBlocks - 1) : 0);
+    const std::uint64_t begin = blocks < kBlocks ? k * kBlock_bytes
+                                                 : (size - kBlock_bytes) / (kBlocks - 1) * k +
+                                                       (k == kBlocks - 1 ? (size - kBlock_bytes) % (kBlocks - 1) : 0);
     std::size_t at = sample.size();
     sample.resize(at + std::min(kBlock_bytes, size - begin));
     for (std::uint64_t from = begin; at < sample.size();) {

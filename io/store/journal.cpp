@@ -24,9 +24,7 @@ std::uint64_t hash_of(std::string_view text) {
   return xxh3_64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
-std::string line(const std::string& text) {
-  return hex64(hash_of(text)) + " " + text + "\n";
-}
+std::string line(const std::string& text) { return hex64(hash_of(text)) + " " + text + "\n"; }
 
 // The JSON of the sound lines, up to the first that isn't.
 std::vector<std::string> sound_lines(const fs::path& file) {
@@ -41,7 +39,9 @@ std::vector<std::string> sound_lines(const fs::path& file) {
   return out;
 }
 
-Json parse(const std::string& text) { return parse_json({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}); }
+Json parse(const std::string& text) {
+  return parse_json({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
 
 std::vector<fs::path> journals_in(const fs::path& folder) {
   std::vector<fs::path> out;
@@ -59,8 +59,12 @@ std::string build_identity(const MapInfo& info) {
   for (const InputRecord& in : info.inputs) inputs.push_back({in.name, in.bytes, in.content, in.changed_ns});
   Json parameters = Json::object();
   for (const ParameterInfo& p : parameter_table()) parameters[std::string(p.name)] = parameter_text(info.parameters, p);
-  Json out{{"inputs", inputs}, {"parameters", parameters}, {"reference system", info.crs_wkt},
-           {"tile edge", info.layout.grid.edge_cells}, {"schema", kSchemaVersion}, {"updatable", info.updatable_since > 0}};
+  Json out{{"inputs", inputs},
+           {"parameters", parameters},
+           {"reference system", info.crs_wkt},
+           {"tile edge", info.layout.grid.edge_cells},
+           {"schema", kSchemaVersion},
+           {"updatable", info.updatable_since > 0}};
   if (info.trajectory) out["trajectory"] = {info.trajectory->name, info.trajectory->bytes};
   return json_line(out);
 }
@@ -94,8 +98,7 @@ bool is_journal_name(const std::string& name) {
 Journal::Journal(const fs::path& folder, int rank, std::uint64_t revision, const std::string& identity)
     : path_(folder / journal_name(rank)),
       fd_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666)) {
-  if (fd_.get() < 0)
-    throw Error(ErrorCode::kFailed, "cannot create it: " + system_reason(errno), path_.string());
+  if (fd_.get() < 0) throw Error(ErrorCode::kFailed, "cannot create it: " + system_reason(errno), path_.string());
   if (::lseek(fd_.get(), 0, SEEK_END) > 0) {
     // What a torn last line would swallow begins on a line of its own.
     append("\n");
@@ -107,8 +110,7 @@ Journal::Journal(const fs::path& folder, int rank, std::uint64_t revision, const
 
 void Journal::append(const std::string& text) {
   const auto fail = [&](const char* doing) {
-    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + system_reason(errno),
-                path_.string());
+    throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + " it: " + system_reason(errno), path_.string());
   };
   for (std::size_t done = 0; done < text.size();) {
     const ssize_t put = ::write(fd_.get(), text.data() + done, text.size() - done);

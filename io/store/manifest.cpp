@@ -197,11 +197,8 @@ std::string manifest_text(const Manifest& m) {
   const Json parameters = parameters_json(info.parameters);
   Json inputs = Json::array();
   for (const InputRecord& in : info.inputs)
-    inputs.push_back({{"name", in.name},
-                      {"points", in.points},
-                      {"bytes", in.bytes},
-                      {"path", in.path},
-                      {"content", in.content}});
+    inputs.push_back(
+        {{"name", in.name}, {"points", in.points}, {"bytes", in.bytes}, {"path", in.path}, {"content", in.content}});
 
   std::string body = "\"";
   const auto line = [&](const char* name, const Json& value) {

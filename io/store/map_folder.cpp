@@ -178,13 +178,6 @@ std::optional<std::uint64_t> published_revision(const fs::path& folder) {
   return manifest->info.revision;
 }
 
-std::set<std::string> published_shards(const fs::path& folder) {
-  std::set<std::string> names;
-  if (fs::exists(folder / kManifest))
-    for (const ShardEntry& shard : read_manifest(folder).shards) names.insert(shard.file);
-  return names;
-}
-
 void remove_unreferenced(const fs::path& folder, const std::set<std::string>& keep) {
   remove_stale_temporaries(folder);
   remove_stale_temporaries(folder / kShardFolder);

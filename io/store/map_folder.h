@@ -50,9 +50,6 @@ std::optional<Manifest> read_manifest_of(const std::filesystem::path& folder);
 // Revision of the manifest: 0 when there is none, nothing when it can't be read.
 std::optional<std::uint64_t> published_revision(const std::filesystem::path& folder);
 
-// Names of the shards of the manifest; none where there is no manifest. Throws as MapReader::open() does.
-std::set<std::string> published_shards(const std::filesystem::path& folder);
-
 // These delete only what a MapWriter has written and ignore failures: the next publish tries again.
 // The shards not in `keep`, and what killed writers have left.
 void remove_unreferenced(const std::filesystem::path& folder, const std::set<std::string>& keep);

@@ -19,8 +19,8 @@ struct InputRecord {
   std::string name;
   std::uint64_t points = 0;
   std::uint64_t bytes = 0;
-  std::string path;              // from the map's folder, or absolute; empty in maps of older programs
-  std::string content;           // what its bytes are: content_print()
+  std::string path = {};         // from the map's folder, or absolute; empty in maps of older programs
+  std::string content = {};      // what its bytes are: content_print()
   std::int64_t changed_ns = 0;   // when it was last written to, since 1970; not stored
 };
 

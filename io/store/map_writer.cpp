@@ -225,6 +225,8 @@ class FolderWriter final : public MapWriter {
       return;
     }
     remove_revision(folder_, revision_);
+    std::error_code ignored;
+    fs::remove(folder_ / journal_name(rank_), ignored);  // also when the folder can't be listed
     remove_if_empty(folder_);
   }
 

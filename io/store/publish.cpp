@@ -35,7 +35,9 @@ void place_view(const fs::path& folder, std::optional<AtomicFile>&& view) {
 void publish_revision(const fs::path& folder, const Manifest& manifest, const std::optional<Crs>& crs,
                       const std::function<void()>& committed) {
   // Readers that have just opened the old revision can finish: its shards stay until the next publish.
-  std::set<std::string> keep = published_shards(folder);
+  std::set<std::string> keep;
+  if (const auto old = read_manifest_of(folder))
+    for (const ShardEntry& s : old->shards) keep.insert(s.file);
   for (const ShardEntry& s : manifest.shards) keep.insert(s.file);
 
   sync_folder(folder / kShardFolder);  // the names of every rank's shards

@@ -245,7 +245,8 @@ void prune_round_files(const fs::path& map_folder, std::uint64_t revision, std::
   for (const FileName& name : files) {
     bool wanted = false;
     if (since > 0 && name.revision >= since && name.revision <= revision)
-      for (const Block& block : read_index(folder / name.text())) wanted |= held.insert({name.number, block.tile}).second;
+      for (const Block& block : read_index(folder / name.text()))
+        wanted |= held.insert({name.number, block.tile}).second;
     if (!wanted) fs::remove(folder / name.text(), ignored);
   }
   fs::remove(folder, ignored);

@@ -87,7 +87,8 @@ struct Kept {
 
 void expect_equal_maps(const MemoryMap& a, const MemoryMap& b) {
   ASSERT_EQ(a.tiles(), b.tiles());
-  for (const TileId id : a.tiles()) EXPECT_EQ(digest(*a.load(id)).hex(), digest(*b.load(id)).hex()) << id.tx << "," << id.ty;
+  for (const TileId id : a.tiles())
+    EXPECT_EQ(digest(*a.load(id)).hex(), digest(*b.load(id)).hex()) << id.tx << "," << id.ty;
 }
 
 struct Edit {
@@ -129,7 +130,10 @@ Parameters levels_of_city(int levels) {
 const std::vector<Edit>& small_edits() {
   static const std::vector<Edit> edits{
       {"nothing", [](Cloud&) {}},
-      {"one point more", [](Cloud& c) { c.push_back({c[0].x_mm + 100'000, c[0].y_mm, c[0].z_mm}); }},
+      {"one point more",
+       [](Cloud& c) {
+         c.push_back({c[0].x_mm + 100'000, c[0].y_mm, c[0].z_mm});
+       }},
       {"one point less", [](Cloud& c) { c.pop_back(); }},
       {"another order", [](Cloud& c) { std::reverse(c.begin(), c.end()); }},
       {"a ditch",

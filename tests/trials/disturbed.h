@@ -14,8 +14,10 @@
 
 #include "engine/model/digest.h"
 #include "io/files/atomic_file.h"
+#include "io/store/journal.h"
 #include "io/store/map_folder.h"
 #include "io/store/map_store.h"
+#include "io/store/round_files.h"
 #include "tests/cli/program.h"
 
 namespace btms::test {
@@ -110,6 +112,12 @@ inline std::string map_digest(const fs::path& folder) {
   return sum.hex();
 }
 
+// Shards, journals and records are left for a build that goes on.
+inline bool is_for_a_resume(const std::string& path) {
+  const std::string name = fs::path(path).filename().string();
+  return shard_revision(name) || is_journal_name(name) || fs::path(path).parent_path().filename() == kRoundFolder;
+}
+
 // What is wrong in a folder after a command failed there; "" when nothing is. Every file must be as it was or as it was
 // to be (shards may be left for a build that goes on), and the map `out`, if there is one, whole.
 inline std::string half_done(const fs::path& folder, const Files& before, const Files& wanted) {
@@ -119,8 +127,7 @@ inline std::string half_done(const fs::path& folder, const Files& before, const 
     return it != files.end() && it->second == entry.second;
   };
   for (const auto& entry : found)
-    if (!is(before, entry) && !is(wanted, entry) && !shard_revision(fs::path(entry.first).filename().string()))
-      return "half done: " + entry.first;
+    if (!is(before, entry) && !is(wanted, entry) && !is_for_a_resume(entry.first)) return "half done: " + entry.first;
   for (const auto& [name, content] : before)
     if (!found.contains(name) && wanted.contains(name)) return "gone: " + name;
   try {

@@ -14,7 +14,8 @@ namespace {
 
 class Trial {
  public:
-  Trial(const std::string& points, std::uint64_t seed) : random_(seed), city_(folder_ / "city"), map_(folder_ / "map.btms") {
+  Trial(const std::string& points, std::uint64_t seed)
+      : random_(seed), city_(folder_ / "city"), map_(folder_ / "map.btms") {
     succeed({"synth", "--scene", "city", "--points", points, "-o", city_});
     const auto begun = std::chrono::steady_clock::now();
     succeed({"build", city_, "-o", folder_ / "whole.btms", "--checkpoint-every", "0"});
@@ -50,10 +51,12 @@ class Trial {
     if (!phase.empty()) ++hits_, ++phases_["label"];
     bool same = true;
     if (fs::exists(out))  // what is there is whole
-      for (const std::string& name : names_in(out)) same = same && equal_files(folder_ / ("labels/" + name), out + "/" + name);
+      for (const std::string& name : names_in(out))
+        same = same && equal_files(folder_ / ("labels/" + name), out + "/" + name);
     const Outcome again = run({"label", folder_ / "whole.btms", city_, "-o", out, "--force"});
     same = same && again.status == 0 && names_in(out) == names_in(folder_ / "labels");
-    for (const std::string& name : names_in(out)) same = same && equal_files(folder_ / ("labels/" + name), out + "/" + name);
+    for (const std::string& name : names_in(out))
+      same = same && equal_files(folder_ / ("labels/" + name), out + "/" + name);
     if (!same) std::printf("kill %d of label: %s\n", i, again.err.c_str());
     equal_ += same;
     fs::remove_all(out);
@@ -62,8 +65,9 @@ class Trial {
   bool report() const {
     const bool good = equal_ == kills_ && lost_ == 0 && hits_ * 5 >= kills_ * 4;
     std::printf("phases: %s\n", counted_phases(phases_).c_str());
-    std::printf("kills: %d, %d of a running program, %d equal results, %d committed shards looked at, %d lost or wrong: %s\n",
-                kills_, hits_, equal_, committed_, lost_, good ? "ok" : "FAILED");
+    std::printf(
+        "kills: %d, %d of a running program, %d equal results, %d committed shards looked at, %d lost or wrong: %s\n",
+        kills_, hits_, equal_, committed_, lost_, good ? "ok" : "FAILED");
     return good;
   }
 
@@ -75,7 +79,9 @@ class Trial {
     return manifest ? manifest->info.digest.hex() : "none";
   }
 
-  static bool equal_files(const fs::path& a, const fs::path& b) { return fs::exists(a) && read_text(a) == read_text(b); }
+  static bool equal_files(const fs::path& a, const fs::path& b) {
+    return fs::exists(a) && read_text(a) == read_text(b);
+  }
 
   // Every shard in the journal is there, whole, and what an undisturbed build makes.
   void check_committed() {

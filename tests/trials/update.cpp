@@ -92,12 +92,12 @@ class Trial {
     const std::uint64_t tiles = updated["tiles"], worked_on = updated["update"]["tiles_worked_on"],
                         reach = updated["update"]["tiles_in_reach"], renewed = updated["update"]["tiles_renewed"];
     const bool same = updated["digest"] == rebuilt["digest"];
-    std::printf("%s: %s the rebuild; %llu of %llu tiles worked on (the halos of all rounds reach %llu), %llu renewed; "
-                "%.1f s, rebuilt in %.1f s\n",
-                what, same ? "equal to" : "NOT EQUAL TO", static_cast<unsigned long long>(worked_on),
-                static_cast<unsigned long long>(tiles), static_cast<unsigned long long>(reach),
-                static_cast<unsigned long long>(renewed), updated["seconds"].get<double>(),
-                rebuilt["seconds"].get<double>());
+    std::printf(
+        "%s: %s the rebuild; %llu of %llu tiles worked on (the halos of all rounds reach %llu), %llu renewed; "
+        "%.1f s, rebuilt in %.1f s\n",
+        what, same ? "equal to" : "NOT EQUAL TO", static_cast<unsigned long long>(worked_on),
+        static_cast<unsigned long long>(tiles), static_cast<unsigned long long>(reach),
+        static_cast<unsigned long long>(renewed), updated["seconds"].get<double>(), rebuilt["seconds"].get<double>());
     std::fflush(stdout);
     few_ = few_ && worked_on <= reach && 2 * worked_on < tiles;
     return same && worked_on <= reach;
@@ -116,7 +116,8 @@ class Trial {
 }  // namespace btms::test
 
 int main(int argc, char** argv) {
-  CLI::App app("Updates of a map: a hole, and a ramp that turns the verdict on a terrace; each compared with a rebuild");
+  CLI::App app(
+      "Updates of a map: a hole, and a ramp that turns the verdict on a terrace; each compared with a rebuild");
   std::string points = "100000000";
   bool small = false;
   app.add_option("points", points, "Points of the city");

@@ -45,7 +45,8 @@ class Reader {
 int trial(int count, const std::string& points, std::uint64_t seed) {
   TempFolder folder;
   Random random(seed);
-  const std::string city = folder / "city", more = folder / "more", old = folder / "old.btms", map = folder / "map.btms";
+  const std::string city = folder / "city", more = folder / "more", old = folder / "old.btms",
+                    map = folder / "map.btms";
   succeed({"synth", "--scene", "city", "--points", points, "-o", city});
   succeed({"synth", "--scene", "hills", "--points", "20000", "-o", more});
   succeed({"build", city, "-o", old, "--updatable"});
@@ -58,7 +59,8 @@ int trial(int count, const std::string& points, std::uint64_t seed) {
   const auto begun = std::chrono::steady_clock::now();
   succeed(call);
   const double update_s = seconds_since(begun);
-  const std::string updated = read_manifest_of(map)->info.digest.hex(), before = read_manifest_of(old)->info.digest.hex();
+  const std::string updated = read_manifest_of(map)->info.digest.hex(),
+                    before = read_manifest_of(old)->info.digest.hex();
   restore();
 
   int hits = 0, wrong = 0, taken_up = 0;
@@ -88,9 +90,11 @@ int trial(int count, const std::string& points, std::uint64_t seed) {
   }
   const bool good = wrong == 0 && changed == 0 && hits * 5 >= count * 4;
   std::printf("phases: %s\n", counted_phases(phases).c_str());
-  std::printf("updates: %d killed, %d while running, %d taken up; %llu tiles read beside them, %llu changed; %d wrong maps: %s\n",
-              count, hits, taken_up, static_cast<unsigned long long>(tiles), static_cast<unsigned long long>(changed), wrong,
-              good ? "ok" : "FAILED");
+  std::printf(
+      "updates: %d killed, %d while running, %d taken up; %llu tiles read beside them, %llu changed; %d wrong maps: "
+      "%s\n",
+      count, hits, taken_up, static_cast<unsigned long long>(tiles), static_cast<unsigned long long>(changed), wrong,
+      good ? "ok" : "FAILED");
   return good ? 0 : 1;
 }
 

@@ -115,7 +115,7 @@ using Tiles = std::map<TileId, TerrainTile>;
 // Writes and publishes a map of these tiles.
 inline void write_map(const std::filesystem::path& folder, const MapLayout& layout, const Tiles& tiles,
                       const std::string& crs = {}) {
-  const auto writer = MapWriter::create(folder, layout, 0, crs);
+  const auto writer = MapWriter::create(folder, layout, {.crs = crs});
   for (const auto& [id, tile] : tiles) writer->put(id, TerrainTile(tile));
   const auto entries = writer->finish();
   MapInfo info;

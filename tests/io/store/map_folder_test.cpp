@@ -1,4 +1,5 @@
 // Several builds in one folder, builds that end badly, and files that are not ours.
+#include "io/store/journal.h"
 #include "io/store/map_folder.h"
 
 #include <sys/wait.h>
@@ -56,7 +57,7 @@ TEST_F(MapFolder, ARefusedBuildWithRanksLeavesTheOtherAlone) {
   EXPECT_NE(MapReader::open(folder_)->load({1, 0}), nullptr);
 }
 
-TEST_F(MapFolder, AFailedBuildWithRanksLeavesNothing) {
+TEST_F(MapFolder, AFailedBuildWithRanksLeavesWhatItHasCommitted) {
   write_some_map();
   const auto before = files_in(folder_ / "shards");
   for (const bool zero_ends_first : {true, false}) {
@@ -69,6 +70,11 @@ TEST_F(MapFolder, AFailedBuildWithRanksLeavesNothing) {
     if (zero_ends_first) zero.reset();
     one.reset();
     zero.reset();
+    EXPECT_EQ(files_in(folder_ / "shards").size(), before.size() + 2);
+    const auto interrupted = read_journals(folder_);
+    ASSERT_TRUE(interrupted);
+    EXPECT_EQ(journaled_shards(*interrupted, layout_).size(), 2u);
+    writer();  // begins afresh
     EXPECT_EQ(files_in(folder_ / "shards"), before);
   }
   // What a rank finishes after rank 0 has given up.
@@ -78,6 +84,8 @@ TEST_F(MapFolder, AFailedBuildWithRanksLeavesNothing) {
   one->put({2, 0}, tile({2, 0}));
   one->finish();
   one.reset();
+  EXPECT_EQ(files_in(folder_ / "shards").size(), before.size() + 2);
+  writer();
   EXPECT_EQ(files_in(folder_ / "shards"), before);
   EXPECT_EQ(MapReader::open(folder_)->info().revision, 1u);
 }
@@ -163,7 +171,7 @@ TEST_F(MapFolder, AFailedCommitLeavesTheOldMapAndItsView) {
     write_text(folder_ / "manifest.json", manifest);
   }
   EXPECT_EQ(file_text(folder_ / "map.nc"), view);
-  EXPECT_EQ(files_in(folder_).size(), 3u);
+  EXPECT_EQ(files_in(folder_).size(), 4u);  // and the journal
   EXPECT_EQ(MapReader::open(folder_)->tiles().size(), 3u);
   EXPECT_NE(MapReader::open(folder_)->load({0, 0}), nullptr);
 }
