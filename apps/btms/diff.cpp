@@ -55,7 +55,10 @@ std::vector<Setting> different_settings(const MapInfo& a, const MapInfo& b) {
   const auto crs = [](const MapInfo& info) { return info.crs_wkt.empty() ? "none" : crs_title(info.crs_wkt); };
   add("crs", crs(a), crs(b));
   if (a.crs_wkt != b.crs_wkt && crs(a) == crs(b)) settings.push_back({"crs", "as told", "told otherwise"});
-  const auto edge = [](const MapInfo& info) { return fmt::format("{} squares", info.layout.grid.edge_cells); };
+  const auto edge = [](const MapInfo& info) {
+    const TileGrid& grid = info.layout.grid;
+    return fmt::format("{} squares from {},{}", grid.edge_cells, grid.origin.col, grid.origin.row);
+  };
   add("tiles", edge(a), edge(b));
   add("preset", a.preset, b.preset);
   for (const ParameterInfo& parameter : parameter_table())

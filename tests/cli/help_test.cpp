@@ -4,8 +4,8 @@
 namespace btms::test {
 namespace {
 
-const std::vector<std::string> kSubcommands = {"build",  "label", "segment", "info",  "query",
-                                               "digest", "eval",  "params",  "sweep", "synth"};
+const std::vector<std::string> kSubcommands = {"build",  "label", "segment", "info",   "query", "digest",
+                                               "verify", "diff",  "eval",    "params", "sweep", "synth"};
 
 TEST(CliHelp, NamesEverySubcommandAndAnExample) {
   const Outcome help = run({"--help"});

@@ -15,6 +15,8 @@ TEST(CliMissing, IsAUsageErrorThatNamesThePath) {
                                                {"info", nothing},
                                                {"query", nothing, "--at", "1,2"},
                                                {"digest", nothing},
+                                               {"verify", nothing},
+                                               {"diff", nothing, nothing},
                                                {"eval", "--truth", nothing, "--prediction", nothing}}) {
     const Outcome outcome = run(call);
     EXPECT_EQ(outcome.status, 2) << call[0] << outcome.err;
@@ -30,6 +32,8 @@ TEST(CliMissing, AFolderThatIsNoMapIsCalledSo) {
     for (const std::vector<std::string>& call : {std::vector<std::string>{"info", folder.path()},
                                                  {"query", folder.path(), "--at", "1,2"},
                                                  {"digest", folder.path()},
+                                                 {"verify", folder.path()},
+                                                 {"diff", folder.path(), folder.path()},
                                                  {"label", folder.path(), folder / "scan.bin", "-o", folder / "out"}}) {
       const Outcome outcome = run(call);
       EXPECT_EQ(outcome.status, 3) << call[0] << outcome.err;

