@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "engine/error.h"
 
@@ -59,6 +60,22 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
                                        " m: remove them, choose a coarser --resolution, or raise --max-nodes");
   };
 
+  // Points strewn over a continent: one bin of each tile is too much already, and all of them would fill the memory.
+  {
+    std::vector<std::pair<TileId, std::uint64_t>> tiles;
+    for (const BinId& b : occupied) {
+      const CellBox box = bins.box_of(b);
+      const TileId id = layout_.grid.tile_of({box.col0, box.row0});
+      if (tiles.empty() || tiles.back().first != id)
+        tiles.emplace_back(id, nodes_of(box.intersect(layout_.grid.box_of(id))));
+    }
+    std::sort(tiles.begin(), tiles.end());
+    std::uint64_t at_least = 0;
+    for (std::size_t i = 0; i < tiles.size(); ++i)
+      if (i == 0 || tiles[i].first != tiles[i - 1].first) at_least += tiles[i].second;
+    if (at_least > max_nodes) refuse("at least " + std::to_string(at_least));
+  }
+
   // Cells with points per tile, then what predictions from them may reach.
   std::map<TileId, CellBox> with_points, in_use;
   for (const BinId& b : occupied) {
@@ -68,10 +85,6 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
       hull = hull.hull(box.intersect(layout_.grid.box_of(id)));
     });
   }
-  // Points strewn over a continent have many tiles each: what they hold alone is too much already.
-  std::uint64_t at_least = 0;
-  for (const auto& [id, box] : with_points) at_least += nodes_of(box);
-  if (at_least > max_nodes) refuse("at least " + std::to_string(at_least));
   for (const auto& [source, box] : with_points) {
     const CellBox reached = box.grown(reach);
     layout_.grid.for_each_tile(reached, [&](TileId id) {

@@ -307,22 +307,22 @@ TEST(OddGeometry, TwoSurveysFarApartAreBothKept) {
 TEST(OddGeometry, PointsAllOverTheWorldAreRefused) {
   const TempFolder folder;
   Random random(1);
-  write_cloud(folder / "a.pcd", made(200'000, [&](int) {
+  write_cloud(folder / "a.bin", made(200'000, [&](int) {
                 const auto any = [&] { return static_cast<double>(random.between(-10'000'000, 10'000'000)); };
                 return std::array{any(), any(), 1.0};
               }));
   const std::uint64_t base = run({"--version"}).peak_rss_bytes;
   for (const Words& method : kMethods) {
-    Words call = {"build", folder / "a.pcd", "-o", folder / "map.btms"};
+    Words call = {"build", folder / "a.bin", "-o", folder / "map.btms"};
     call.insert(call.end(), method.begin(), method.end());
     const Outcome outcome = run(call);
     EXPECT_EQ(outcome.status, 2) << outcome.err;
     for (const char* words : {"--max-nodes", "furthest out are near x = "})
       EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
-    EXPECT_EQ(names_in(folder.path()), Words{"a.pcd"});
+    EXPECT_EQ(names_in(folder.path()), Words{"a.bin"});
     if (kSanitized) continue;
     EXPECT_LT(outcome.cpu_seconds, 1);
-    EXPECT_LE(outcome.peak_rss_bytes, base + 2 * fs::file_size(folder / "a.pcd") + (64 << 20));
+    EXPECT_LE(outcome.peak_rss_bytes, base + 2 * fs::file_size(folder / "a.bin") + (64 << 20));
   }
 }
 
