@@ -4,7 +4,7 @@
 //   many
 //                           failed, and how many of these were an fsync, which nobody may pass over
 //   BTMS_FAULTS_ERROR=NAME  ENOSPC, EIO, EMFILE (opening, also to read), SHORT (half is written), EINTR (of a write) or
-//                           ENOMEM (operator new, from the start of main() on)
+//                           ENOMEM (operator new, from the first file opened on)
 //   BTMS_FAULTS_AT=K        the K-th such call fails, from 1
 //   BTMS_FAULTS_LASTING=1   and all that follow
 //   BTMS_FAULTS_LOG=FILE    the calls that succeeded, as records of write_log.h
@@ -48,7 +48,7 @@ std::uint64_t fail_at = 0;
 bool lasting = false;
 int error_number = 0;
 enum class Kind { kNone, kDisk, kOpen, kWrite, kMemory } befalls = Kind::kNone;  // the calls the error can befall
-bool cuts_short = false, out_of_memory = false;
+bool cuts_short = false, out_of_memory = false, in_main = false;
 int log_fd = -1;
 
 std::uint64_t number(const char* name) {
@@ -160,9 +160,11 @@ void log_file(WriteOp op, int fd, std::uint64_t offset = 0, const void* data = n
   if (log_fd >= 0 && describe(fd, info)) log(op, info.st_ino, offset, "", "", data, size);
 }
 
-// Opening: `call` does it.
+// Opening: `call` does it. The first file opened ends the parsing of the command line, whose library doesn't survive
+// that it gets no memory.
 template <class Call>
 int opened(const char* path, int flags, const Call& call) {
+  if (out_of_memory && in_main) befalls = Kind::kMemory;
   const bool creates = (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE;
   if ((befalls == Kind::kOpen || (befalls == Kind::kDisk && creates)) && fails()) return -1;
   const bool existed = (flags & O_TMPFILE) != O_TMPFILE && ::access(path, F_OK) == 0;
@@ -325,9 +327,8 @@ int mallopt(int parameter, int value) noexcept {
     (void)!::syscall(SYS_read, fd, text, sizeof text - 1);
     ::syscall(SYS_close, fd);
     limit("BTMS_LIMIT_AS", RLIMIT_AS, std::strtoull(text, nullptr, 10) * static_cast<std::uint64_t>(::getpagesize()));
-    if (!out_of_memory) return NEXT(mallopt)(parameter, value);
-    ::dl_iterate_phdr(find_ranges, nullptr);
-    befalls = Kind::kMemory;
+    if (out_of_memory) ::dl_iterate_phdr(find_ranges, nullptr);
+    in_main = true;
   }
   return NEXT(mallopt)(parameter, value);
 }
