@@ -4,6 +4,13 @@
 #include <tbb/partitioner.h>
 #include <tbb/task_arena.h>
 
+#include <exception>
+#include <latch>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/error.h"
 #include "engine/tiling/executor.h"
 
 namespace btms {
@@ -33,8 +40,32 @@ class TbbThreads final : public Threads {
   mutable tbb::task_arena arena_;
 };
 
+// TBB doesn't survive that a thread of its own can't be started: it hangs or ends the program.
+void require_threads(int count) {
+  std::latch started(1);  // all live at a time, as TBB's will
+  std::vector<std::thread> threads;
+  threads.reserve(static_cast<std::size_t>(count));
+  bool failed = false;
+  for (int i = 1; i < count && !failed; ++i) {
+    try {
+      threads.emplace_back([&] { started.wait(); });
+    } catch (const std::exception&) {
+      failed = true;
+    }
+  }
+  started.count_down();
+  for (std::thread& thread : threads) thread.join();
+  if (failed)
+    throw Error(ErrorCode::kFailed, std::to_string(count) +
+                                        " threads could not be started: use fewer (-j), allow more memory (ulimit -v) "
+                                        "or more processes (ulimit -u)");
+}
+
 }  // namespace
 
-std::unique_ptr<Threads> tbb_threads(int count) { return std::make_unique<TbbThreads>(count); }
+std::unique_ptr<Threads> tbb_threads(int count) {
+  require_threads(count);
+  return std::make_unique<TbbThreads>(count);
+}
 
 }  // namespace btms

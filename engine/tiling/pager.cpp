@@ -3,6 +3,7 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace btms {
 namespace {
@@ -16,10 +17,7 @@ void Pager::pin(Item& item) {
   moved_.wait(lock, [&] { return !item.moving_; });
   if (failure_) std::rethrow_exception(failure_);
   ++item.pins_;
-  if (item.idle_) {
-    idle_items_.erase(item.place_);
-    item.idle_ = false;
-  }
+  set_idle(item, false);
   if (!item.parked_) return;
   item.moving_ = true;
   lock.unlock();
@@ -44,16 +42,14 @@ void Pager::unpin(Item& item, bool changed) noexcept {
   item.changed_ |= changed;
   if (--item.pins_ > 0) return;
   count(item);
-  item.place_ = idle_items_.insert(idle_items_.end(), &item);
-  item.idle_ = true;
+  set_idle(item, true);
   make_room(lock);
 }
 
 void Pager::forget(Item& item) {
   std::unique_lock lock(mutex_);
   moved_.wait(lock, [&] { return !item.moving_; });
-  if (item.idle_) idle_items_.erase(item.place_);
-  item.idle_ = false;
+  set_idle(item, false);
   held_ -= item.counted_;
   freed_ += item.counted_;
   item.counted_ = 0;
@@ -87,11 +83,21 @@ void Pager::count(Item& item) {
   peak_ = std::max(peak_, held_);
 }
 
+void Pager::set_idle(Item& item, bool idle) noexcept {
+  if (item.idle_ == idle) return;
+  item.idle_ = idle;
+  if (idle) {
+    idle_items_.splice(idle_items_.end(), item.node_);
+    item.at_ = std::prev(idle_items_.end());
+  } else {
+    item.node_.splice(item.node_.end(), idle_items_, item.at_);
+  }
+}
+
 void Pager::make_room(std::unique_lock<std::mutex>& lock) noexcept {
   while (held_ > budget_ && !idle_items_.empty() && !failure_) {
     Item& item = *idle_items_.front();
-    idle_items_.pop_front();
-    item.idle_ = false;
+    set_idle(item, false);
     item.moving_ = true;
     const bool changed = item.changed_;
     lock.unlock();
@@ -100,8 +106,7 @@ void Pager::make_room(std::unique_lock<std::mutex>& lock) noexcept {
     } catch (...) {
       lock.lock();
       item.moving_ = false;
-      item.place_ = idle_items_.insert(idle_items_.end(), &item);
-      item.idle_ = true;
+      set_idle(item, true);
       moved_.notify_all();
       failure_ = std::current_exception();
       return;

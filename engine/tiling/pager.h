@@ -34,7 +34,8 @@ class Pager {
     std::uint64_t counted_ = 0;
     int pins_ = 0;
     bool parked_ = false, moving_ = false, changed_ = false, idle_ = false;
-    std::list<Item*>::iterator place_;  // where idle_: in idle_items_
+    std::list<Item*> node_{this};  // in idle_items_ where idle_, at at_: to move it there allocates nothing
+    std::list<Item*>::iterator at_;
   };
 
   Pager(std::uint64_t budget_bytes, std::filesystem::path spill_folder)
@@ -78,6 +79,7 @@ class Pager {
  private:
   void take(std::uint64_t bytes) noexcept;
   void count(Item& item);
+  void set_idle(Item& item, bool idle) noexcept;
   void make_room(std::unique_lock<std::mutex>& lock) noexcept;
   // What is free inside its heap the allocator gives back only when asked, and asking takes time.
   void trim(std::unique_lock<std::mutex>& lock) noexcept;

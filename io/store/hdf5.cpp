@@ -19,13 +19,13 @@ std::string unique_name(const void* address) {
   return text;
 }
 
-// Where memory ends, HDF5 1.10 writes through a null pointer (H5AC_create). What an image takes is asked for in
-// advance, while that is still an error; freed, it stays at hand.
+// HDF5 doesn't survive that it gets no memory: it follows null pointers, recurses, or ends the program. Better that
+// this fails; what it frees the allocator keeps for what follows.
 void require_memory() {
-  constexpr std::size_t kImage_bytes = 4 << 20;
-  void* volatile memory = std::malloc(kImage_bytes);  // volatile: or the compiler leaves it out
-  if (memory == nullptr) throw std::bad_alloc();
-  std::free(memory);
+  constexpr std::size_t kSession_bytes = std::size_t{8} << 20;  // more than HDF5 takes for one file but for its image
+  void* block = ::operator new(kSession_bytes);
+  *static_cast<volatile char*>(block) = 0;  // or the compiler would leave it all out
+  ::operator delete(block);
 }
 
 }  // namespace
@@ -74,7 +74,9 @@ H5FD_file_image_callbacks_t Hdf5Image::callbacks(Memory* memory) {
   return {Memory::allocate, Memory::copy, Memory::reallocate, Memory::release, Memory::share, Memory::unshare, memory};
 }
 
-Hdf5Image::Hdf5Image() : memory_((require_memory(), new Memory)) {
+Hdf5Image::Hdf5Image() : memory_(nullptr) {
+  require_memory();
+  memory_ = new Memory;
   const Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "create file properties");
   hdf5_check(H5Pset_fapl_core(access.get(), kGrowth_bytes, false), "select the memory driver");
   H5FD_file_image_callbacks_t hooks = callbacks(memory_);

@@ -147,7 +147,17 @@ inline std::string wrong_end(const Disturbed& run, const fs::path& folder, const
   if (const std::string name = temporary_in(folder); !name.empty()) return "left " + name;
   if (run.outcome.status == 0) {
     if (run.syncs_failed > 0) return "success, although an fsync failed";
-    return files_in(folder) == wanted ? "" : "success, but the result is not complete";
+    const Files found = files_in(folder);
+    for (const auto& [name, content] : wanted)
+      if (!found.contains(name))
+        return "success, but not complete: no " + name;
+      else if (const std::string& other = found.at(name); other != content) {
+        const auto at =
+            std::mismatch(content.begin(), content.end(), other.begin(), other.end()).first - content.begin();
+        return "success, but " + name + " differs from `" + content.substr(static_cast<std::size_t>(at), 100) +
+               "` on: `" + other.substr(std::min(other.size(), static_cast<std::size_t>(at)), 100) + "`";
+      }
+    return found.size() == wanted.size() ? "" : "success, but there is more than there should be";
   }
   if (run.outcome.err.find(remedy) == std::string::npos) return "the message names no remedy";
   return half_done(folder, before, wanted);

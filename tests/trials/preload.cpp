@@ -4,7 +4,7 @@
 //   many
 //                           failed, and how many of these were an fsync, which nobody may pass over
 //   BTMS_FAULTS_ERROR=NAME  ENOSPC, EIO, EMFILE (opening, also to read), SHORT (half is written), EINTR (of a write) or
-//                           ENOMEM (malloc and its kin, from the start of main() on)
+//                           ENOMEM (operator new, from the first file opened on)
 //   BTMS_FAULTS_AT=K        the K-th such call fails, from 1
 //   BTMS_FAULTS_LASTING=1   and all that follow
 //   BTMS_FAULTS_LOG=FILE    the calls that succeeded, as records of write_log.h
@@ -14,6 +14,7 @@
 // Only what the program and its libraries call through the dynamic linker is seen: the C library's own streams are not.
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <link.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -21,6 +22,7 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <climits>
@@ -46,7 +48,7 @@ std::uint64_t fail_at = 0;
 bool lasting = false;
 int error_number = 0;
 enum class Kind { kNone, kDisk, kOpen, kWrite, kMemory } befalls = Kind::kNone;  // the calls the error can befall
-bool cuts_short = false, out_of_memory = false;
+bool cuts_short = false, out_of_memory = false, in_main = false;
 int log_fd = -1;
 
 std::uint64_t number(const char* name) {
@@ -94,7 +96,32 @@ bool fails() {
   errno = error_number;
   return true;
 }
-bool memory_fails() { return befalls == Kind::kMemory && fails(); }
+// Of operator new and of the program itself: a malloc() of HDF5 that fails makes it recurse until the stack ends, or
+// exit(), which nobody here can mend.
+struct Range {
+  std::uintptr_t begin, end;
+};
+Range may_fail[2] = {};  // libstdc++, the program
+int find_ranges(dl_phdr_info* object, std::size_t, void*) {
+  const bool program = object->dlpi_name[0] == '\0';
+  if (!program && !std::strstr(object->dlpi_name, "libstdc++")) return 0;
+  Range& range = may_fail[program];
+  if (range.end != 0) return 0;  // the vDSO has no name either
+  range.begin = UINTPTR_MAX;
+  for (int i = 0; i < object->dlpi_phnum; ++i) {
+    if (object->dlpi_phdr[i].p_type != PT_LOAD) continue;
+    const std::uintptr_t begin = object->dlpi_addr + object->dlpi_phdr[i].p_vaddr;
+    range.begin = std::min(range.begin, begin);
+    range.end = std::max(range.end, begin + object->dlpi_phdr[i].p_memsz);
+  }
+  return 0;
+}
+
+bool memory_fails(void* caller) {
+  if (befalls != Kind::kMemory) return false;
+  const auto at = reinterpret_cast<std::uintptr_t>(caller);
+  return std::any_of(may_fail, may_fail + 2, [at](const Range& r) { return at >= r.begin && at < r.end; }) && fails();
+}
 bool disk_fails() { return befalls == Kind::kDisk && fails(); }
 
 template <class Function>
@@ -133,9 +160,11 @@ void log_file(WriteOp op, int fd, std::uint64_t offset = 0, const void* data = n
   if (log_fd >= 0 && describe(fd, info)) log(op, info.st_ino, offset, "", "", data, size);
 }
 
-// Opening: `call` does it.
+// Opening: `call` does it. The first file opened ends the parsing of the command line, whose library doesn't survive
+// that it gets no memory.
 template <class Call>
 int opened(const char* path, int flags, const Call& call) {
+  if (out_of_memory && in_main) befalls = Kind::kMemory;
   const bool creates = (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE;
   if ((befalls == Kind::kOpen || (befalls == Kind::kDisk && creates)) && fails()) return -1;
   const bool existed = (flags & O_TMPFILE) != O_TMPFILE && ::access(path, F_OK) == 0;
@@ -298,7 +327,8 @@ int mallopt(int parameter, int value) noexcept {
     (void)!::syscall(SYS_read, fd, text, sizeof text - 1);
     ::syscall(SYS_close, fd);
     limit("BTMS_LIMIT_AS", RLIMIT_AS, std::strtoull(text, nullptr, 10) * static_cast<std::uint64_t>(::getpagesize()));
-    if (out_of_memory) befalls = Kind::kMemory;
+    if (out_of_memory) ::dl_iterate_phdr(find_ranges, nullptr);
+    in_main = true;
   }
   return NEXT(mallopt)(parameter, value);
 }
@@ -308,17 +338,23 @@ void* __libc_calloc(std::size_t, std::size_t);
 void* __libc_realloc(void*, std::size_t);
 void* __libc_memalign(std::size_t, std::size_t);
 
-void* malloc(std::size_t size) noexcept { return memory_fails() ? nullptr : __libc_malloc(size); }
-void* calloc(std::size_t n, std::size_t size) noexcept { return memory_fails() ? nullptr : __libc_calloc(n, size); }
-void* realloc(void* old, std::size_t size) noexcept { return memory_fails() ? nullptr : __libc_realloc(old, size); }
+void* malloc(std::size_t size) noexcept {
+  return memory_fails(__builtin_return_address(0)) ? nullptr : __libc_malloc(size);
+}
+void* calloc(std::size_t n, std::size_t size) noexcept {
+  return memory_fails(__builtin_return_address(0)) ? nullptr : __libc_calloc(n, size);
+}
+void* realloc(void* old, std::size_t size) noexcept {
+  return memory_fails(__builtin_return_address(0)) ? nullptr : __libc_realloc(old, size);
+}
 void* memalign(std::size_t alignment, std::size_t size) noexcept {
-  return memory_fails() ? nullptr : __libc_memalign(alignment, size);
+  return memory_fails(__builtin_return_address(0)) ? nullptr : __libc_memalign(alignment, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  return memory_fails() ? nullptr : __libc_memalign(alignment, size);
+  return memory_fails(__builtin_return_address(0)) ? nullptr : __libc_memalign(alignment, size);
 }
 int posix_memalign(void** to, std::size_t alignment, std::size_t size) noexcept {
-  void* memory = memory_fails() ? nullptr : __libc_memalign(alignment, size);
+  void* memory = memory_fails(__builtin_return_address(0)) ? nullptr : __libc_memalign(alignment, size);
   if (!memory) return ENOMEM;
   *to = memory;
   return 0;
