@@ -11,15 +11,15 @@ void labels(Bytes bytes) {
   const std::uint8_t mode = front.byte();
   const auto names = label_map_names();
   const TruthRules rules = rules_of_label_map(names[mode % names.size()]);
-  const std::size_t n = front.word();
-  const Bytes truth = front.take(n);
+  const Bytes truth = front.take(front.word());
+  const std::size_t n = truth.size() / 4;
   const EvalPair pair{"pair",
                       file_of(truth, ".label"),
                       file_of(front.rest(), mode >= 128 ? ".labels" : ".las"),  // the links differ by extension
                       {}};
   accepted([&] {
     const EvalResult result = evaluate(pair, rules);
-    require(result.points + result.left_out == n / 4, "every point of the truth is counted");
+    require(result.points + result.left_out == n, "every point of the truth is counted");
     std::uint64_t points = 0;
     for (const auto& [id, count] : result.classes) {
       require(id <= 0xFFFF && count.terrain <= count.points, "a class is counted once a point");
@@ -27,7 +27,7 @@ void labels(Bytes bytes) {
     }
     require(points == result.points, "the classes' points are all points");
     const std::vector<Verdict> all = verdicts(pair, rules);
-    require(all.size() == n / 4, "a verdict a point");
+    require(all.size() == n, "a verdict a point");
   });
 }
 

@@ -16,15 +16,15 @@ for target in $targets; do
 done
 
 spent=0
-while [ "$spent" -lt "$wanted" ]; do
-  target=$(grep -v '^#' "$totals" | sort -s -n -k2,2 | head -1 | cut -d' ' -f1)
+while awk "BEGIN { exit !($spent < $wanted) }"; do
+  target=$(grep -v '^#' "$totals" | sort -s -g -k2,2 | head -1 | cut -d' ' -f1)
   finds=0
   fuzz "$target" 60 || finds=1
   awk -v name="$target" -v cpu="$cpu_seconds" -v runs="$executions" -v finds="$finds" \
-    '$1 == name { $2 += cpu; $3 += runs; $4 += finds } { print }' "$totals" >"$totals.new"
+    '$1 == name { $2 = sprintf("%.2f", $2 + cpu); $3 += runs; $4 += finds } { print }' "$totals" >"$totals.new"
   mv "$totals.new" "$totals"
-  spent=$((spent + cpu_seconds))
+  spent=$(awk "BEGIN { print $spent + $cpu_seconds }")
   echo "$target: $executions executions, $cpu_seconds s${find:+, found: $find}"
 done
 awk '!/^#/ { cpu += $2; runs += $3; finds += $4 }
-  END { printf "%d s of CPU time (%.2f h), %d executions, %d finds in all\n", cpu, cpu / 3600, runs, finds }' "$totals"
+  END { printf "%.0f s of CPU time (%.2f h), %d executions, %d finds in all\n", cpu, cpu / 3600, runs, finds }' "$totals"

@@ -5,13 +5,13 @@ rm -rf build/fuzz/seeds
 build/fuzz/bin/fuzz_seeds build/fuzz/seeds
 targets=$(ls build/fuzz/seeds)
 
-# fuzz TARGET SECONDS: sets executions, cpu_seconds (in user mode, whole seconds) and find (a file, or empty); fails when
+# fuzz TARGET SECONDS: sets executions, cpu_seconds (in user mode) and find (a file, or empty); fails when
 # something was found. What is new to the kept corpus gathers in build/fuzz/corpus/TARGET.
 fuzz() {
   local target=$1 seconds=$2 log=build/fuzz/$1.log found=build/fuzz/finds/$1 kept status=0
   mkdir -p build/fuzz/corpus/"$target" "$found"
   kept=$(ls -d tests/fuzz/{corpus,finds}/"$target" 2>/dev/null || true)
-  TIMEFORMAT=%0U
+  TIMEFORMAT=%2U
   # A small file must not take much memory: 64 MB at once is a find.
   # shellcheck disable=SC2086  # folders of ours
   cpu_seconds=$({ time build/fuzz/bin/fuzz_"$target" -max_total_time="$seconds" -max_len=4096 -timeout=10 \

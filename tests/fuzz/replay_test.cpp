@@ -2,12 +2,15 @@
 // corpus.
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <ostream>
 #include <typeinfo>
 
 #include "tests/fuzz/fuzz.h"
 
 namespace btms::fuzz {
+
+void PrintTo(const Target& target, std::ostream* out) { *out << target.name; }  // for ctest's names
+
 namespace {
 
 class Replay : public testing::TestWithParam<Target> {};

@@ -42,7 +42,7 @@ std::size_t digits_of(const std::string& text, const std::string& name, std::siz
 // Hashes that a fuzzer can't guess, made right: of the parameters (the line they stand on), then of the whole.
 std::string with_hashes(std::string text) {
   const std::string key = "\n\"parameters\":";
-  if (const std::size_t from = text.find(key), to = text.find(",\n", from + 1); to != text.npos)
+  if (const std::size_t from = text.find(key), to = text.find(",\n", from + 1); from != text.npos && to != text.npos)
     if (const std::size_t at = digits_of(text, "parameters_xxh3", 16); at != text.npos)
       text.replace(at, 16, hex64(xxh3_64(bytes_of(text).subspan(from + key.size(), to - from - key.size()))));
   if (const std::size_t at = digits_of(text, "xxh3", 16); at != text.npos)

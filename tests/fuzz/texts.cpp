@@ -21,6 +21,16 @@ bool is_within(const Pose& pose) {
          std::abs(pose.place_m[2]) * 1000 <= static_cast<double>(kMaxVertical_mm);
 }
 
+// A command line that names a configuration file.
+struct CommandLine {
+  CLI::App app;
+  ParameterOptions options;
+  explicit CommandLine(const std::string& config) {
+    options.add_to(app, "city");
+    app.parse(std::vector<std::string>{config, "--config"});  // in reverse, as CLI11 wants them
+  }
+};
+
 }  // namespace
 
 void poses(Bytes bytes) {
@@ -50,14 +60,11 @@ void poses(Bytes bytes) {
 }
 
 void config(Bytes bytes) {
-  const std::string path = file_of(bytes, ".yaml").string();
+  const std::string path = file_of(bytes, ".yaml").string();  // the same every time
+  static const CommandLine line(path);
   accepted(
       [&] {
-        CLI::App app;
-        ParameterOptions options;
-        options.add_to(app, "city");
-        app.parse(std::vector<std::string>{path, "--config"});  // in reverse, as CLI11 wants them
-        const ParameterChoice choice = options.resolve();
+        const ParameterChoice choice = line.options.resolve();
         check(choice.parameters);
         require(preset(choice.preset).levels >= 1, "the preset is one there is");
       },
