@@ -1,22 +1,24 @@
 #!/bin/sh
 # Installs the Debian 12 packages the project needs: the core to build and test it, groups on request.
-#   cmake/install-deps.sh [--gis] [--peers]
+#   cmake/install-deps.sh [--gis] [--peers] [--fuzz]
 # Does nothing when everything is there. Uses sudo only when not root.
 set -eu
 
 core="build-essential cmake ninja-build pkg-config libeigen3-dev libtbb-dev libnanoflann-dev libhdf5-dev \
 libbenchmark-dev libgtest-dev libgmock-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libyaml-cpp-dev libpng-dev \
-libxxhash-dev libisal-dev libproj-dev libseccomp-dev"
+libxxhash-dev libisal-dev libproj-dev libseccomp-dev zlib1g-dev"
 gis="gdal-bin netcdf-bin python3-h5py python3-xarray python3-netcdf4"
 peers="libpcl-dev"  # large; for -DBTMS_WITH_PCL=ON
+fuzz="clang-16 libclang-rt-16-dev"  # tests/fuzz/run.sh
 
 wanted=$core
 for argument in "$@"; do
   case $argument in
     --gis) wanted="$wanted $gis" ;;
     --peers) wanted="$wanted $peers" ;;
+    --fuzz) wanted="$wanted $fuzz" ;;
     -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
-    *) echo "install-deps.sh: unknown group $argument; there are --gis and --peers" >&2; exit 2 ;;
+    *) echo "install-deps.sh: unknown group $argument; there are --gis, --peers and --fuzz" >&2; exit 2 ;;
   esac
 done
 

@@ -43,15 +43,15 @@ BTMS_INLINE void interleave_four(const Value* const (&from)[kLanes], std::size_t
     std::memcpy(&four, from[lane] + i, sizeof four);
     v[lane] = __builtin_convertvector(__builtin_convertvector(four, IntLanes), Lanes);
   }
-  const Lanes low01 = __builtin_shuffle(v[0], v[1], LongLanes{0, 4, 2, 6});
-  const Lanes high01 = __builtin_shuffle(v[0], v[1], LongLanes{1, 5, 3, 7});
-  const Lanes low23 = __builtin_shuffle(v[2], v[3], LongLanes{0, 4, 2, 6});
-  const Lanes high23 = __builtin_shuffle(v[2], v[3], LongLanes{1, 5, 3, 7});
+  const Lanes low01 = __builtin_shufflevector(v[0], v[1], 0, 4, 2, 6);
+  const Lanes high01 = __builtin_shufflevector(v[0], v[1], 1, 5, 3, 7);
+  const Lanes low23 = __builtin_shufflevector(v[2], v[3], 0, 4, 2, 6);
+  const Lanes high23 = __builtin_shufflevector(v[2], v[3], 1, 5, 3, 7);
   to += i * kLanes;
-  store_lanes(to, __builtin_shuffle(low01, low23, LongLanes{0, 1, 4, 5}));
-  store_lanes(to + kLanes, __builtin_shuffle(high01, high23, LongLanes{0, 1, 4, 5}));
-  store_lanes(to + 2 * kLanes, __builtin_shuffle(low01, low23, LongLanes{2, 3, 6, 7}));
-  store_lanes(to + 3 * kLanes, __builtin_shuffle(high01, high23, LongLanes{2, 3, 6, 7}));
+  store_lanes(to, __builtin_shufflevector(low01, low23, 0, 1, 4, 5));
+  store_lanes(to + kLanes, __builtin_shufflevector(high01, high23, 0, 1, 4, 5));
+  store_lanes(to + 2 * kLanes, __builtin_shufflevector(low01, low23, 2, 3, 6, 7));
+  store_lanes(to + 3 * kLanes, __builtin_shufflevector(high01, high23, 2, 3, 6, 7));
 }
 
 BTMS_INLINE LanePoints interleave(const FourPoints& four, ModelScratch& s) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string_view>
 
 namespace btms {
 namespace {
@@ -25,8 +26,18 @@ Context quiet_context() {
   return context;
 }
 
+// "EPSG:25832", "ESRI:102032", "EPSG:25832+5783", "urn:ogc:def:crs:EPSG::25832".
+bool is_code(const std::string& crs) {
+  constexpr std::string_view kKnown = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_:+,.-";
+  return crs.size() < 64 && crs.find(':') != crs.npos && crs.front() != '+' &&
+         crs.find_first_not_of(kKnown) == crs.npos;
+}
+
+// Not everything proj_create() takes: among that are the names of files to read, and PROJJSON, whose nesting it follows
+// down the stack.
 Object parse(PJ_CONTEXT* context, const std::string& crs) {
-  Object object(proj_create(context, crs.c_str()));
+  Object object(is_code(crs) ? proj_create(context, crs.c_str())
+                             : proj_create_from_wkt(context, crs.c_str(), nullptr, nullptr, nullptr));
   if (!object || !proj_is_crs(object.get())) return nullptr;
   if (proj_get_type(object.get()) == PJ_TYPE_BOUND_CRS) object.reset(proj_get_source_crs(context, object.get()));
   return object;
@@ -79,6 +90,9 @@ class Cache {
   std::map<std::string, Value> values_;
 };
 
+// From a micrometre to a thousand kilometres: what is beyond is damage, and would take coordinates out of all numbers.
+bool is_sane_unit(double metres) { return metres >= 1e-6 && metres <= 1e6; }
+
 bool is_geographic(PJ_TYPE type) {
   return type == PJ_TYPE_GEOGRAPHIC_2D_CRS || type == PJ_TYPE_GEOGRAPHIC_3D_CRS || type == PJ_TYPE_GEOGRAPHIC_CRS;
 }
@@ -94,7 +108,7 @@ CrsUnits parse_units(const std::string& crs) {
   units.geocentric = proj_get_type(horizontal.get()) == PJ_TYPE_GEOCENTRIC_CRS;
   units.horizontal_m = unit(context.get(), horizontal.get());
   units.vertical_m = vertical ? unit(context.get(), vertical.get()) : third_unit(context.get(), horizontal.get());
-  units.understood = units.horizontal_m > 0;
+  units.understood = is_sane_unit(units.horizontal_m) && (units.vertical_m == 0 || is_sane_unit(units.vertical_m));
   return units;
 }
 

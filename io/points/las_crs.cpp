@@ -30,7 +30,7 @@ const LasRecord* find(const LasHeader& header, std::uint16_t id) {
 
 std::vector<std::uint8_t> content(const InputFile& file, const LasRecord& record) {
   // An extended record may claim the whole file; no coordinate system is that long.
-  constexpr std::uint64_t kLongest = 1 << 20;
+  constexpr std::uint64_t kLongest = 1 << 16;
   std::vector<std::uint8_t> bytes(std::min(record.bytes, kLongest));
   file.open().read(record.offset, bytes);
   return bytes;

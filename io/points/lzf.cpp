@@ -39,10 +39,11 @@ LzfStep lzf_decode(std::span<const std::uint8_t> input, std::span<std::uint8_t> 
       break;
     }
     std::uint8_t* to = &output[out];
+    const std::uint8_t* from = to - back;
     if (back >= length) {
-      std::memcpy(to, to - back, length);
+      std::memcpy(to, from, length);
     } else {  // a copy that overlaps itself repeats, so byte by byte
-      for (std::size_t i = 0; i < length; ++i) to[i] = to[i - back];
+      for (std::size_t i = 0; i < length; ++i) to[i] = from[i];
     }
     in += head;
     out += length;

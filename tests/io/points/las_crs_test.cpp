@@ -123,6 +123,35 @@ TEST(LasCrs, DescribesTheConvertedCoordinates) {
   EXPECT_EQ(crs.find("foot"), std::string::npos) << crs;
 }
 
+// Such a unit would mirror heights, press them flat, or (its product with the scale 0) be divided by.
+TEST(LasCrs, RefusesUnitsThatNothingIsMeasuredIn) {
+  for (const char* unit : {"-1", "5e-324", "1e300"}) {
+    SCOPED_TRACE(unit);
+    const std::string heights = std::string("VERT_CS[\"h\",VERT_DATUM[\"v\",2005],UNIT[\"u\",") + unit + "]]";
+    LasSpec spec = with(wkt_record("COMPD_CS[\"c\"," + kMetric + "," + heights + "]"));
+    spec.scale = {0.001, 0.001, 1e-9};
+    const TemporaryFolder folder;
+    const auto file = opened(folder, spec);
+    expect_warning(file->info(), "WKT record cannot be understood");
+    EXPECT_EQ(read_all(*file).dropped(), 0u);
+  }
+}
+
+// PROJ would take PROJJSON, too, and follow it down until the stack ends.
+TEST(LasCrs, RefusesWhatIsNoWkt) {
+  std::string nested;
+  for (int i = 0; i < 900; ++i)
+    nested += "{\"type\":\"BoundCRS\",\"target_crs\":{},\"transformation\":{},\"source_crs\":";
+  nested += "{}" + std::string(900, '}');
+  for (const std::string& text :
+       {nested, std::string("+proj=utm +zone=32 +type=crs"), std::string("WGS 84 / UTM zone 32N")}) {
+    const TemporaryFolder folder;
+    const auto file = opened(folder, with(wkt_record(text)));
+    expect_warning(file->info(), "WKT record cannot be understood");
+    EXPECT_EQ(file->info().crs, "");
+  }
+}
+
 TEST(LasCrs, LeavesOutHeightsInFeetThatWereConverted) {
   const std::string heights = "VERT_CS[\"h\",VERT_DATUM[\"v\",2005],UNIT[\"foot\",0.3048],AXIS[\"Up\",UP]]";
   const TemporaryFolder folder;
