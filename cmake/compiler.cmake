@@ -25,6 +25,11 @@ target_compile_options(btms_flags INTERFACE $<$<CONFIG:Release>:-U_FORTIFY_SOURC
 target_link_options(btms_flags INTERFACE -Wl,-z,relro,-z,now)
 target_include_directories(btms_flags INTERFACE ${PROJECT_SOURCE_DIR})
 
+option(BTMS_WIDE "Compile hot loops for AVX2, too" ON)  # OFF: what CPUs without it run (tests/portable.sh)
+if(NOT BTMS_WIDE)
+  target_compile_definitions(btms_flags INTERFACE BTMS_NOT_WIDE)
+endif()
+
 set(BTMS_SANITIZE "" CACHE STRING "Sanitizers for every target, e.g. address,undefined")
 if(BTMS_SANITIZE)
   target_compile_options(btms_flags INTERFACE -fsanitize=${BTMS_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

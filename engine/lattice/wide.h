@@ -2,7 +2,7 @@
 // without contraction (-ffp-contract=off) every lane does what a scalar would.
 #pragma once
 
-#if defined(__GNUC__) && !defined(__clang__) && \
+#if !defined(BTMS_NOT_WIDE) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_THREAD__)  // its runtime starts after the loader asks
 #define BTMS_WIDE [[gnu::target_clones("avx2", "default")]]
 #else

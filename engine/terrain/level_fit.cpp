@@ -29,8 +29,8 @@ LowestPoints lowest_points(const NodePoints& points, double gap_mm, double quant
   while (low + 3 < z.size() && static_cast<double>(low) < most_isolated &&
          static_cast<double>(std::int64_t{z[low + 2]} - z[low]) > gap_mm)
     ++low;
-  const auto at = z.begin() + static_cast<std::ptrdiff_t>(
-                                  low + static_cast<std::size_t>(static_cast<double>(z.size() - low) * quantile));
+  const auto below = static_cast<std::size_t>(static_cast<double>(z.size() - low) * quantile);
+  const auto at = z.begin() + static_cast<std::ptrdiff_t>(std::min(low + below, z.size() - 1));
   const std::int32_t not_isolated_mm = z[low];
   if (at >= sorted) std::nth_element(sorted, at, z.end());
   return {not_isolated_mm, *at};
