@@ -39,8 +39,8 @@ InputList updated_inputs(const MapInfo& map, const fs::path& folder, const Conti
     }
     const auto replaces = [&](const fs::path& p) { return p.filename() == in.name; };
     if (request.replace && std::any_of(added.paths.begin(), added.paths.end(), replaces)) continue;
-    const fs::path path = fs::path(in.path).is_absolute() ? fs::path(in.path) : (folder / in.path).lexically_normal();
-    if (in.path.empty() || !fs::exists(path))
+    const fs::path path = input_path(in, folder);
+    if (path.empty() || !fs::exists(path))
       throw Error(ErrorCode::kUsage,
                   "the map's input " + in.name +
                       " is not there any more; bring it back, take it out of the map with "
@@ -65,6 +65,11 @@ InputList updated_inputs(const MapInfo& map, const fs::path& folder, const Conti
   }
   if (out.paths.empty()) throw Error(ErrorCode::kUsage, "nothing would be left of the map", folder.string());
   return out;
+}
+
+fs::path input_path(const InputRecord& input, const fs::path& folder) {
+  const fs::path path = input.path;
+  return path.empty() || path.is_absolute() ? path : (folder / path).lexically_normal();
 }
 
 InputRecord input_record(const PointFile& file, const fs::path& folder) {

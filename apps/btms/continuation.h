@@ -29,6 +29,9 @@ struct Continuation {
 InputList updated_inputs(const MapInfo& map, const std::filesystem::path& folder, const ContinuationRequest& request,
                          const InputList& added);
 
+// Where an input of a map is; empty where the map doesn't know.
+std::filesystem::path input_path(const InputRecord& input, const std::filesystem::path& folder);
+
 // A record of an input for the manifest; its path is told from the map's folder.
 InputRecord input_record(const PointFile& file, const std::filesystem::path& folder);
 

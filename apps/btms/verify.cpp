@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/btms/command.h"
+#include "apps/btms/continuation.h"
 #include "apps/btms/open_map.h"
 #include "apps/btms/rebuild.h"
 #include "apps/btms/report.h"
@@ -55,13 +56,19 @@ Repair repair_map(const VerifyCommand& command, const Manifest& manifest, const 
       result.done.push_back(name_of(s) + ": restored, its values could still be read");
   }
   const auto wanted = repair.missing();
-  if (!wanted.empty() && command.inputs.points.empty()) {
-    result.obstacle = fmt::format("{} can only be rebuilt from the map's inputs: name them with --inputs",
-                                  counted(wanted.size(), "shard"));
+  RebuildInputs inputs = command.inputs;
+  if (inputs.points.empty())
+    for (const InputRecord& input : manifest.info.inputs)
+      if (const std::filesystem::path path = input_path(input, command.map); std::filesystem::exists(path))
+        inputs.points.push_back(path.string());
+  if (!wanted.empty() && inputs.points.empty()) {
+    result.obstacle = fmt::format(
+        "{} can only be rebuilt from the map's inputs, which are not there any more: name them with --inputs",
+        counted(wanted.size(), "shard"));
   } else if (!wanted.empty()) {
     try {
       ProgressDisplay progress(command.common.progress_style(), build_plan(manifest.info.parameters));
-      rebuild_missing(command.map, manifest, command.inputs, command.memory, threads, progress, repair);
+      rebuild_missing(command.map, manifest, inputs, command.memory, threads, progress, repair);
       if (!repair.missing().empty())
         result.obstacle = "a build from these inputs gives other values: their content, or the program, has changed";
     } catch (const Error& e) {
@@ -158,7 +165,7 @@ int run_verify(const VerifyCommand& command) {
 constexpr const char* kFooter =
     "Examples:\n"
     "  btms verify city.btms\n"
-    "  btms verify city.btms --repair --inputs tiles/\n"
+    "  btms verify city.btms --repair                     # and --inputs tiles/ where they have moved\n"
     "  btms verify download.btms --untrusted --json\n"
     "\n"
     "Every problem is a line that names the file and its tiles. Compared are: the manifest with its own hash; of "
@@ -168,7 +175,7 @@ constexpr const char* kFooter =
     "3: not a map at all.\n"
     "\n"
     "--repair writes map.nc again, restores shards whose values can still be read (damage to what is derived from\n"
-    "them), and builds the others again from --inputs; a shard is only replaced by one with the very values the\n"
+    "them), and builds the others again from the inputs; a shard is only replaced by one with the very values the\n"
     "manifest states. A damaged manifest can't be repaired. With --untrusted a shard that was made to break its "
     "reader\n"
     "breaks a child process that can do nothing, and is one of the problems.";
@@ -181,9 +188,9 @@ Command add_verify(CLI::App& btms) {
   app->footer(kFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
   CLI::Option* repair = app->add_flag("--repair", command->repair, "Put back what is damaged or missing");
-  app->add_option(
-         "--inputs", command->inputs.points,
-         "The point files the map was made of, folders of them, or globs: damaged shards are rebuilt from them")
+  app->add_option("--inputs", command->inputs.points,
+                  "Where the point files the map was made of are now, when they have moved: damaged shards are rebuilt "
+                  "from them")
       ->needs(repair)
       ->default_str("")
       ->type_name("FILE...");

@@ -85,23 +85,29 @@ TEST_F(CliVerify, RepairsFromTheInputsWhatItCanAndLeavesTheRestAlone) {
   fs::remove(map_ / "shards" / shards_[1]);
   write_text(map_ / "shards" / shards_[3], "rubbish");
   fs::remove(map_ / "map.nc");
+  fs::rename(in("city"), in("moved"));
   const Outcome without = run({"verify", map_, "--repair", "-q"});
   EXPECT_EQ(without.status, 4);
   EXPECT_THAT(without.out, HasSubstr("map.nc: written again"));
-  EXPECT_THAT(without.out, HasSubstr("2 shards can only be rebuilt from the map's inputs: name them with --inputs"));
+  EXPECT_THAT(without.out, HasSubstr("2 shards can only be rebuilt from the map's inputs, which are not there any more"));
   // The wrong inputs: some only, and others.
-  const Outcome some = run({"verify", map_, "--repair", "--inputs", in("city/city_000.las"), "-q"});
+  const Outcome some = run({"verify", map_, "--repair", "--inputs", in("moved/city_000.las"), "-q"});
   EXPECT_EQ(some.status, 4);
   EXPECT_THAT(some.out, HasSubstr("city_001.las too, which is not among --inputs"));
   fs::create_directory(in("other"));
-  fs::copy(in("city/city_000.las"), in("other"), fs::copy_options::overwrite_existing);
-  write_text(in("other/city_001.las"), read_text(in("city/city_000.las")));
+  fs::copy(in("moved/city_000.las"), in("other"), fs::copy_options::overwrite_existing);
+  write_text(in("other/city_001.las"), read_text(in("moved/city_000.las")));
   const Outcome other = run({"verify", map_, "--repair", "--inputs", in("other"), "-q"});
   EXPECT_EQ(other.status, 4);
   EXPECT_THAT(other.out, HasSubstr("not repaired: "));
-  const Outcome repaired = run({"verify", map_, "--repair", "--inputs", in("city"), "-q"});
+  const Outcome repaired = run({"verify", map_, "--repair", "--inputs", in("moved"), "-q"});
   EXPECT_EQ(repaired.status, 0) << repaired.out << repaired.err;
   EXPECT_THAT(repaired.out, HasSubstr("shards/" + shards_[1] + ": rebuilt from the inputs"));
+  EXPECT_EQ(files(map_), good);
+  // Where they are still, the map knows.
+  fs::rename(in("moved"), in("city"));
+  fs::remove(map_ / "shards" / shards_[1]);
+  EXPECT_EQ(run({"verify", map_, "--repair", "-q"}).status, 0);
   EXPECT_EQ(files(map_), good);
 }
 
