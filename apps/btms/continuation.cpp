@@ -88,8 +88,11 @@ Continuation continuation(const fs::path& folder, const MapInfo& wanted, const C
   Continuation out;
   const auto published = read_manifest_of(folder);
   if (published) out.revision = published->info.revision + 1;
-  if (request.update || request.updatable) out.since = out.revision;
-  if (request.update) {
+  const bool has_rounds = wanted.parameters.method == Method::kCoarseToFine;
+  if (has_rounds && (request.update || request.updatable)) out.since = out.revision;
+  if (!has_rounds && (request.update || request.updatable))
+    spdlog::warn("the fixed method has no rounds to remember: updates of this map work out all of it");
+  if (has_rounds && request.update) {
     const MapInfo& map = published->info;
     out.follow = map.updatable_since > 0 && map.layout.grid.edge_cells == wanted.layout.grid.edge_cells &&
                  map.layout.grid.origin == Cell{} && map.crs_wkt == wanted.crs_wkt;
