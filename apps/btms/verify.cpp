@@ -150,7 +150,12 @@ int run_verify(const VerifyCommand& command) {
   Manifest manifest = manifest_of(command);
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
-  const MapCheck first = check_with_progress(command, manifest, *threads);
+  MapCheck first = check_with_progress(command, manifest, *threads);
+  // A build may have published the next revision meanwhile, and removed shards of this one: then that is the map.
+  while (!first.problems.empty() && published_revision(command.map) > manifest.info.revision) {
+    manifest = manifest_of(command);
+    first = check_with_progress(command, manifest, *threads);
+  }
   MapCheck last = first;
   std::optional<Repair> repair;
   if (command.repair && !first.problems.empty()) {

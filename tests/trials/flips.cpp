@@ -377,7 +377,7 @@ struct Counts {
 int run(const Counts& counts) {
   const test::TempFolder temporary;
   const std::string points = temporary / "city", map = temporary / "city.btms";
-  if (test::run({"synth", "--scene", "city", "--points", "150000", "--origin", "60,30", "-o", points, "-q"}).status !=
+  if (test::run({"synth", "--scene", "city", "--points", "180000", "--origin", "60,30", "-o", points, "-q"}).status !=
           0 ||
       test::run({"build", points, "-o", map, "--resolution", "4", "--tile-cells", "2", "-q"}).status != 0) {
     std::printf("could not make a map to damage\n");
