@@ -19,16 +19,14 @@ std::string unique_name(const void* address) {
   return text;
 }
 
-// HDF5 doesn't survive that it gets no memory: it follows null pointers, recurses, or ends the program. Better that
-// this fails; what it frees the allocator keeps for what follows.
-void require_memory() {
+}  // namespace
+
+void require_hdf5_memory() {
   constexpr std::size_t kSession_bytes = std::size_t{8} << 20;  // more than HDF5 takes for one file but for its image
   void* block = ::operator new(kSession_bytes);
   *static_cast<volatile char*>(block) = 0;  // or the compiler would leave it all out
   ::operator delete(block);
 }
-
-}  // namespace
 
 std::string hdf5_message() {
   std::string text;
@@ -74,9 +72,7 @@ H5FD_file_image_callbacks_t Hdf5Image::callbacks(Memory* memory) {
   return {Memory::allocate, Memory::copy, Memory::reallocate, Memory::release, Memory::share, Memory::unshare, memory};
 }
 
-Hdf5Image::Hdf5Image() : memory_(nullptr) {
-  require_memory();
-  memory_ = new Memory;
+Hdf5Image::Hdf5Image() : memory_(new Memory) {
   const Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "create file properties");
   hdf5_check(H5Pset_fapl_core(access.get(), kGrowth_bytes, false), "select the memory driver");
   H5FD_file_image_callbacks_t hooks = callbacks(memory_);
@@ -111,7 +107,6 @@ std::vector<std::uint8_t> Hdf5Image::finish() {
 }
 
 Hdf5File open_image(std::span<const std::uint8_t> bytes) {
-  require_memory();
   const Hdf5Properties access(H5Pcreate(H5P_FILE_ACCESS), "create file properties");
   hdf5_check(H5Pset_fapl_core(access.get(), kGrowth_bytes, false), "select the memory driver");
   // HDF5 only reads from the pointer, it copies the image.

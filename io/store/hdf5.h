@@ -30,11 +30,16 @@ Code hdf5_check(Code code, const char* what) {
   return code;
 }
 
-// Keeps HDF5 from printing: its error stack in this thread, since errors travel as exceptions, and at the end of the
-// program what a damaged file has left open inside the library.
+// HDF5 doesn't survive that it gets no memory: it follows null pointers, recurses, or ends the program. Better that
+// this fails before, with std::bad_alloc; what it has freed, the allocator keeps for what follows.
+void require_hdf5_memory();
+
+// Asks for its memory, then keeps HDF5 from printing: its error stack in this thread, since errors travel as
+// exceptions, and at the end of the program what a damaged file has left open inside the library.
 class QuietHdf5 {
  public:
   QuietHdf5() {
+    require_hdf5_memory();
     static const herr_t once = H5dont_atexit();
     static_cast<void>(once);
     H5Eget_auto2(H5E_DEFAULT, &print_, &data_);

@@ -118,10 +118,29 @@ inline bool is_for_a_resume(const std::string& path) {
   return shard_revision(name) || is_journal_name(name) || fs::path(path).parent_path().filename() == kRoundFolder;
 }
 
+// files_in(), but maps as what they hold: their parts without content, and `digest`, of all tiles. Throws what
+// map_digest() throws.
+inline Files results_in(const fs::path& folder) {
+  Files files = files_in(folder), digests;
+  for (auto& [name, content] : files) {
+    const fs::path path(name);
+    if (path.filename() == kManifest)
+      digests[(path.parent_path() / "digest").string()] = map_digest(folder / path.parent_path());
+    if (path.filename() == kManifest || path.extension() == ".nc") content.clear();
+  }
+  files.merge(digests);
+  return files;
+}
+
 // What is wrong in a folder after a command failed there; "" when nothing is. Every file must be as it was or as it was
-// to be (shards may be left for a build that goes on), and the map `out`, if there is one, whole.
+// to be (shards may be left for a build that goes on), none may be gone, and a map must be whole.
 inline std::string half_done(const fs::path& folder, const Files& before, const Files& wanted) {
-  const Files found = files_in(folder);
+  Files found;
+  try {
+    found = results_in(folder);
+  } catch (const Error& e) {
+    return std::string("the map is damaged: ") + e.what();
+  }
   const auto is = [](const Files& files, const auto& entry) {
     const auto it = files.find(entry.first);
     return it != files.end() && it->second == entry.second;
@@ -130,11 +149,6 @@ inline std::string half_done(const fs::path& folder, const Files& before, const 
     if (!is(before, entry) && !is(wanted, entry) && !is_for_a_resume(entry.first)) return "half done: " + entry.first;
   for (const auto& [name, content] : before)
     if (!found.contains(name) && wanted.contains(name)) return "gone: " + name;
-  try {
-    (void)map_digest(folder / "out");
-  } catch (const Error& e) {
-    return std::string("the map is damaged: ") + e.what();
-  }
   return {};
 }
 
@@ -147,17 +161,8 @@ inline std::string wrong_end(const Disturbed& run, const fs::path& folder, const
   if (const std::string name = temporary_in(folder); !name.empty()) return "left " + name;
   if (run.outcome.status == 0) {
     if (run.syncs_failed > 0) return "success, although an fsync failed";
-    const Files found = files_in(folder);
-    for (const auto& [name, content] : wanted)
-      if (!found.contains(name))
-        return "success, but not complete: no " + name;
-      else if (const std::string& other = found.at(name); other != content) {
-        const auto at =
-            std::mismatch(content.begin(), content.end(), other.begin(), other.end()).first - content.begin();
-        return "success, but " + name + " differs from `" + content.substr(static_cast<std::size_t>(at), 100) +
-               "` on: `" + other.substr(std::min(other.size(), static_cast<std::size_t>(at)), 100) + "`";
-      }
-    return found.size() == wanted.size() ? "" : "success, but there is more than there should be";
+    const std::string wrong = half_done(folder, wanted, wanted);
+    return wrong.empty() ? wrong : "success, but " + wrong;
   }
   if (run.outcome.err.find(remedy) == std::string::npos) return "the message names no remedy";
   return half_done(folder, before, wanted);

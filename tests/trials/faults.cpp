@@ -92,8 +92,8 @@ class Trial {
         if (f == 0 || kFaults[f].error == "EMFILE" || kFaults[f].error == "SHORT")
           calm = attempt(scenes_[s], {{"BTMS_FAULTS_ERROR", kFaults[f].error}});
         if (calm.outcome.status != 0) throw Error(ErrorCode::kFailed, scenes_[s].name + ": " + calm.outcome.err);
-        if (f == 0) wanted_.push_back(files_in(run_));
-        if (wanted_.back() != files_in(run_)) throw Error(ErrorCode::kFailed, scenes_[s].name + " is not repeatable");
+        if (f == 0) wanted_.push_back(results_in(run_));
+        if (wanted_.back() != results_in(run_)) throw Error(ErrorCode::kFailed, scenes_[s].name + " is not repeatable");
         counts.append(" ").append(std::to_string(calm.calls)).append(" ").append(kFaults[f].error);
         const std::uint64_t stride = 1 + calm.calls / kMostCalls;
         for (std::uint64_t k = 1; k <= calm.calls; k += stride) {
@@ -149,7 +149,7 @@ class Trial {
     fs::remove_all(run_);
     fs::create_directory(run_);
     scene.prepare(run_);
-    before_ = files_in(run_);
+    before_ = results_in(run_);
     return run_disturbed(scene.arguments, variables, out);
   }
 

@@ -57,7 +57,7 @@ class Trial {
     for (Scene& scene : scenes_) {
       const Disturbed calm = attempt(scene, {});
       if (calm.outcome.status != 0) throw Error(ErrorCode::kFailed, scene.name + ": " + calm.outcome.err);
-      scene.wanted = files_in(run_);
+      scene.wanted = results_in(run_);
     }
   }
 
@@ -118,7 +118,7 @@ class Trial {
     std::error_code full;  // of a small disk: then there is half a map, which is another trial
     if (scene.over_old) fs::copy(folder_ / "map.btms", run_ / "out", fs::copy_options::recursive, full);
     if (full) fs::remove_all(run_ / "out");
-    return files_in(run_);
+    return results_in(run_);
   }
 
   Disturbed attempt(const Scene& scene, const Environment& variables) {
