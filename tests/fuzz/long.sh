@@ -19,7 +19,7 @@ spent=0
 while awk "BEGIN { exit !($spent < $wanted) }"; do
   target=$(grep -v '^#' "$totals" | sort -s -g -k2,2 | head -1 | cut -d' ' -f1)
   finds=0
-  fuzz "$target" 60 || finds=1
+  fuzz "$target" 60 || { [ ! -f "$find" ] || finds=1; }
   awk -v name="$target" -v cpu="$cpu_seconds" -v runs="$executions" -v finds="$finds" \
     '$1 == name { $2 = sprintf("%.2f", $2 + cpu); $3 += runs; $4 += finds } { print }' "$totals" >"$totals.new"
   mv "$totals.new" "$totals"

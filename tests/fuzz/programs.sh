@@ -1,7 +1,7 @@
+# shellcheck shell=bash disable=SC2034
 # Sourced: builds the fuzz programs and defines how one is run. Working directory: the project's.
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz >build/fuzz/build.log || { cat build/fuzz/build.log; exit 1; }
-rm -rf build/fuzz/seeds
 build/fuzz/bin/fuzz_seeds build/fuzz/seeds
 targets=$(ls build/fuzz/seeds)
 
