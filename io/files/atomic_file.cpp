@@ -176,6 +176,10 @@ void write_file(const fs::path& path, std::span<const std::uint8_t> bytes) {
   file.commit();
 }
 
+void write_file(const fs::path& path, std::string_view text) {
+  write_file(path, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
 void sync_folder(const fs::path& folder) {
   const auto fail = [&](const char* doing) {
     throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + ": " + std::generic_category().message(errno),

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "io/files/descriptor.h"
 
@@ -51,6 +52,7 @@ class AtomicFile {
 
 // All of a file at once, checked and committed.
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+void write_file(const std::filesystem::path& path, std::string_view text);
 
 // Makes names in `folder` durable. Throws Error(kFailed).
 void sync_folder(const std::filesystem::path& folder);
