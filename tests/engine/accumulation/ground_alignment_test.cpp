@@ -20,10 +20,10 @@ std::vector<Pose> level_poses(std::size_t n) {
 }
 
 // What scans made at these poses see of the ground, with noise and some things that are no ground.
-std::vector<std::vector<GroundPatch>> see_ground(const std::vector<Pose>& poses, double outliers) {
+std::vector<std::vector<GroundPatch>> see_ground(const std::vector<Pose>& poses, double outliers, double reach_m = 15) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0, 0.01);
-  std::uniform_real_distribution<double> place(-15, 15), chance(0, 1);
+  std::uniform_real_distribution<double> place(-reach_m, reach_m), chance(0, 1);
   std::vector<std::vector<GroundPatch>> ground(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i)
     for (int k = 0; k < 1500; ++k) {
@@ -112,7 +112,7 @@ TEST(GroundAlignment, KeepsPosesOfScansThatShareNothing) {
 TEST(GroundAlignment, CorrectsAllOfManyScansOfOnePlace) {
   std::vector<Pose> truth = level_poses(160);
   for (std::size_t i = 10; i < truth.size(); ++i) truth[i].place_m[0] = std::max(10.0, truth[i].place_m[0] - 140);
-  const auto ground = see_ground(truth, 0.1);
+  const auto ground = see_ground(truth, 0.1, 3);
   std::vector<Pose> drifting;
   for (std::size_t i = 0; i < truth.size(); ++i)
     drifting.push_back(strayed(truth[i], 0, 0.05 * static_cast<double>(i % 7)));
