@@ -6,7 +6,8 @@ set -eu
 btms=$(realpath "${1:-$(dirname "$0")/../build/release/bin/btms}")
 [ -z "${BTMS_DATA:-}" ] || data=$(realpath "$BTMS_DATA")
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT INT TERM
+trap 'rm -rf "$work"' EXIT
+trap 'exit 130' INT TERM
 cd "$work"
 
 # score NAME FILE: builds, labels and scores a classified file

@@ -10,7 +10,8 @@ maps=
 for map in "$@"; do maps="$maps $(realpath "$map")"; done
 [ -z "${BTMS_DATA:-}" ] || data=$(realpath "$BTMS_DATA")/semantickitti
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT INT TERM
+trap 'rm -rf "$work"' EXIT
+trap 'exit 130' INT TERM
 cd "$work"
 
 # scores FILE: F1, accuracy, type I and II without the ambiguous class, F1 with it, of what `eval --json` says

@@ -6,7 +6,8 @@
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT INT TERM
+trap 'rm -rf "$work"' EXIT
+trap 'exit 130' INT TERM
 mkdir "$work/source"
 (cd "$root" && tar cf - CMakeLists.txt cmake engine io apps tests bench) | (cd "$work/source" && tar xf -)
 

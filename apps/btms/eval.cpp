@@ -8,6 +8,7 @@
 #include "apps/btms/eval_map.h"
 #include "apps/btms/eval_picture.h"
 #include "apps/btms/eval_report.h"
+#include "apps/btms/number_range.h"
 #include "apps/btms/open_map.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/scene_options.h"
@@ -212,7 +213,7 @@ Command add_eval(CLI::App& btms) {
   command->sensor_height_option =
       app->add_option("--sensor-height", command->sensor_height_m,
                       "Of the sensor above ground, in metres; 0 leaves the ambiguous classes out")
-          ->check(CLI::Range(0.0, 100.0))
+          ->check(number_range(0.0, 100.0))
           ->default_str("")
           ->type_name("H")
           ->group(group);
@@ -236,7 +237,7 @@ Command add_eval(CLI::App& btms) {
                          ->group(map_group);
   command->scene_option = add_scene_options(*app, command->arguments, map_group)->needs(map);
   app->add_option("--spacing", command->spacing_m, "Between the places compared, in metres")
-      ->check(CLI::Range(0.01, 1000.0))
+      ->check(number_range(0.01, 1000.0))
       ->type_name("D")
       ->group(map_group);
   for (const char* name : {"--density", "--seed", "--origin", "--spacing"}) app->get_option(name)->needs(map);

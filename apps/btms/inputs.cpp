@@ -1,36 +1,27 @@
 #include "apps/btms/inputs.h"
 
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
-
-#include <algorithm>
 
 namespace btms {
-namespace {
-
 namespace fs = std::filesystem;
 
-void allow_open_files(std::size_t wanted) {
-  constexpr std::size_t kOthers = 64;
-  rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted + kOthers) return;
-  limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, wanted + kOthers);
-  setrlimit(RLIMIT_NOFILE, &limit);  // when it fails, open() says so
-}
-
-}  // namespace
-
 PointFiles open_all(std::span<const fs::path> paths) {
-  allow_open_files(paths.size());
   PointFiles files;
   for (const fs::path& path : paths) files.push_back(open_points(path));
   return files;
 }
 
 void log_warnings(const InputList& list, const PointFiles& files) {
+  log_warnings(list);
+  for (const auto& file : files) log_warnings(*file);
+}
+
+void log_warnings(const InputList& list) {
   for (const std::string& warning : list.warnings) spdlog::warn("{}", warning);
-  for (const auto& file : files)
-    for (const std::string& warning : file->info().warnings) spdlog::warn("{}: {}", file->name(), warning);
+}
+
+void log_warnings(const PointFile& file) {
+  for (const std::string& warning : file.info().warnings) spdlog::warn("{}: {}", file.name(), warning);
 }
 
 Json input_json(const PointFile& file) {

@@ -14,11 +14,13 @@ namespace btms {
 
 using PointFiles = std::vector<std::unique_ptr<PointFile>>;
 
-// Opens every file, so that a bad one is refused before any work or output. Raises the limit of open files when needed.
+// Opens every file, so that a bad one is refused before any work or output.
 PointFiles open_all(std::span<const std::filesystem::path> paths);
 
 // What was odd about the list and the files, to the log.
 void log_warnings(const InputList& list, const PointFiles& files);
+void log_warnings(const InputList& list);
+void log_warnings(const PointFile& file);
 Json input_json(const PointFile& file);
 
 std::uint64_t total_points(const PointFiles& files);

@@ -1,6 +1,7 @@
 #include "apps/btms/scene_options.h"
 
 #include "apps/btms/coordinates.h"
+#include "apps/btms/number_range.h"
 
 namespace btms {
 namespace {
@@ -28,7 +29,7 @@ CLI::Option* add_scene_options(CLI::App& app, SceneArguments& arguments, const c
       app.add_option("--scene", arguments.scene.name, "One of " + scene_list())->type_name("NAME")->group(group);
   app.add_option("--density", arguments.scene.density_per_m2,
                  "Points per square metre (default: the scene's, 10; forest 25)")
-      ->check(CLI::Range(0.01, 10000.0))
+      ->check(number_range(0.01, 10000.0))
       ->default_str("")
       ->type_name("D")
       ->group(group);

@@ -6,10 +6,10 @@
 #include "apps/btms/command.h"
 #include "apps/btms/inputs.h"
 #include "apps/btms/label_report.h"
-#include "apps/btms/memory_source.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/parameter_options.h"
 #include "apps/btms/stop_signal.h"
+#include "engine/tiling/block_source.h"
 #include "engine/tiling/scan_segmenter.h"
 
 namespace btms {
@@ -30,9 +30,10 @@ double seconds_since(Clock::time_point begun) { return std::chrono::duration<dou
 // Segments one scan and writes its labels. Returns the seconds the engine took.
 double segment_one(const PointFile& file, ScanSegmenter& segmenter, const std::string& folder,
                    LabelReport::File& result) {
-  const MemorySource scan(file);
+  PointBlock points;  // in memory, so that the time is the engine's alone
+  file.read(0, static_cast<std::size_t>(file.size()), points);
   const auto begun = Clock::now();
-  const std::span<const Label> labels = segmenter.segment(scan);
+  const std::span<const Label> labels = segmenter.segment(BlockSource(points, file.name()));
   const double seconds = seconds_since(begun);
   const auto writer = create_labels(file, folder);
   writer->write(0, labels);

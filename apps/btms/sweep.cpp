@@ -1,17 +1,20 @@
 // btms sweep: accuracy over parameters, with and without completion (the paper's Fig. 4).
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <charconv>
 
 #include "apps/btms/command.h"
 #include "apps/btms/inputs.h"
-#include "apps/btms/memory_source.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/parameter_options.h"
 #include "apps/btms/stop_signal.h"
 #include "apps/btms/sweep_plot.h"
 #include "apps/btms/sweep_report.h"
 #include "engine/error.h"
+#include "engine/tiling/block_source.h"
 #include "engine/tiling/scan_segmenter.h"
 #include "io/files/atomic_file.h"
 
@@ -38,7 +41,8 @@ std::vector<std::string> usual_axes(Method method) {
 }
 
 struct Input {
-  fs::path points, truth;
+  std::unique_ptr<PointFile> points;
+  fs::path truth;
 };
 
 // A point file's classes: in the file itself, or by the same name in a folder.
@@ -54,9 +58,18 @@ fs::path truth_of(const fs::path& points, const fs::path& truth) {
 std::vector<Input> find_inputs(const SweepCommand& command) {
   if (!command.truth.empty() && !fs::exists(command.truth))
     throw Error(ErrorCode::kUsage, "--truth: there is no such file or folder", command.truth);
+  const InputList list = expand_inputs(command.points);
+  if (list.paths.size() > 1 && !command.truth.empty() && !fs::is_directory(command.truth))
+    throw Error(
+        ErrorCode::kUsage,
+        fmt::format("--truth: found one file for {} inputs, expected a folder with one for each", list.paths.size()),
+        command.truth);
+  log_warnings(list);
   std::vector<Input> inputs;
-  for (const fs::path& path : expand_inputs(command.points).paths)
-    inputs.push_back({path, truth_of(path, command.truth)});
+  for (const fs::path& path : list.paths) {
+    inputs.push_back({open_points(path), truth_of(path, command.truth)});
+    log_warnings(*inputs.back().points);
+  }
   return inputs;
 }
 
@@ -106,18 +119,23 @@ void add_settings(const std::string& over, const Parameters& base, std::vector<S
   }
 }
 
-Scores score_file(const Input& input, const Parameters& parameters, const TruthRules& rules) {
-  const MemorySource points(*open_points(input.points));
+struct FileScores {
+  Scores scores;
+  std::uint64_t dropped = 0;
+};
+
+FileScores score_file(const Input& input, const Parameters& parameters, const TruthRules& rules) {
+  const PointFile& points = *input.points;
   std::vector<std::uint32_t> truth = read_classes(input.truth);
   if (truth.size() != points.size())
     throw Error(ErrorCode::kBadInput,
                 "found " + std::to_string(truth.size()) + " classes, expected " + std::to_string(points.size()) +
-                    " as in " + input.points.string(),
+                    " as in " + points.name(),
                 input.truth.string());
   PointBlock block;
   points.read(0, static_cast<std::size_t>(points.size()), block);
   ScanSegmenter segmenter(parameters);
-  const std::span<const Label> labels = segmenter.segment(points);
+  const std::span<const Label> labels = segmenter.segment(BlockSource(block, points.name()));
   std::vector<std::uint8_t> terrain;
   std::vector<float> z_m;
   std::size_t kept = 0;
@@ -128,14 +146,14 @@ Scores score_file(const Input& input, const Parameters& parameters, const TruthR
     z_m.push_back(static_cast<float>(block.z_mm[i] * 0.001));
   }
   truth.resize(kept);
-  return score(truth, terrain, z_m, rules);
+  return {score(truth, terrain, z_m, rules), labels.size() - kept};
 }
 
 int run_sweep(const SweepCommand& command) {
   const ParameterChoice choice = command.parameters.resolve();
   const std::vector<Input> inputs = find_inputs(command);
   const TruthRules rules = rules_for(command, inputs.front());
-  Sweep sweep{choice.preset, inputs.size(), false, {}};
+  Sweep sweep{choice.preset, inputs.size(), 0, false, {}};
   sweep.ambiguous = (rules.sensor_height_m > 0 && !rules.ambiguous.empty()) || !rules.decided_terrain.empty();
   std::vector<Parameters> settings;
   const auto axes = command.over.empty() ? usual_axes(choice.parameters.method) : command.over;
@@ -148,15 +166,23 @@ int run_sweep(const SweepCommand& command) {
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
   ProgressDisplay progress(command.common.progress_style());
+  std::atomic<std::uint64_t> dropped = 0;
   const std::size_t runs = inputs.size() * settings.size();
   progress.begin("sweep", runs, "runs");
   threads->for_each(runs, [&](std::size_t i, int) {
     throw_if_stopped();
     const std::size_t file = i / settings.size(), row = i % settings.size();
-    sweep.rows[row].files[file] = score_file(inputs[file], settings[row], rules);
+    const FileScores scores = score_file(inputs[file], settings[row], rules);
+    sweep.rows[row].files[file] = scores.scores;
+    if (row == 0) dropped += scores.dropped;
     progress.advance(1);
   });
   progress.finish();
+  sweep.dropped = dropped;
+  const std::vector<Scores>& scored = sweep.rows[0].files;
+  if (std::all_of(scored.begin(), scored.end(), [](const Scores& s) { return s.with.total() == 0; }))
+    throw Error(ErrorCode::kBadInput, "no point has a class that counts: is it this --truth and --label-map?",
+                command.truth.empty() ? command.points[0] : command.truth);
 
   write_sweep_csv(sweep, csv);
   write_sweep_plot(sweep, svg);
@@ -179,7 +205,8 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  btms sweep --points sequences/00/velodyne --truth sequences/00/labels --preset single-scan -o sweep\n"
     "  btms sweep --points map.las --label-map partial-map -o sweep\n"
-    "  btms sweep --points map.las --over resolution=1,2,4,8 --over keep-nodes=1,5,10,20 -o sweep";
+    "  btms sweep --points map.las --over resolution=1,2,4,8 --over keep-nodes=1,5,10,20 \\\n"
+    "      --preset paper-partial-map -o sweep";
 
 }  // namespace
 

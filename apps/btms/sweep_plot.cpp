@@ -157,7 +157,7 @@ void write_sweep_plot(const Sweep& sweep, const std::filesystem::path& path) {
     left += kPanelWidth + kBetween;
   }
   svg += legend(sweep, kTop + kPanelHeight + 66) + "</svg>\n";
-  write_file(path, {reinterpret_cast<const std::uint8_t*>(svg.data()), svg.size()});
+  write_file(path, svg);
 }
 
 }  // namespace btms

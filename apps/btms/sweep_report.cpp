@@ -60,12 +60,15 @@ void print_sweep_text(const Sweep& sweep) {
     spreads.row(cells);
   }
   spreads.print();
+  if (sweep.dropped > 0)
+    print_line(fmt::format("{}, not finite or out of range, left out", counted(sweep.dropped, "point")));
   if (sweep.ambiguous) print_line("Without the ambiguous classes, but for the columns `w/`");
 }
 
 void print_sweep_json(const Sweep& sweep, const std::filesystem::path& folder) {
   Json json{{"preset", sweep.preset},
             {"files", sweep.files},
+            {"dropped", sweep.dropped},
             {"csv", (folder / "sweep.csv").string()},
             {"plot", (folder / "sweep.svg").string()}};
   json["rows"] = Json::array();
@@ -99,7 +102,7 @@ void write_sweep_csv(const Sweep& sweep, const std::filesystem::path& csv) {
       }
     text += '\n';
   }
-  write_file(csv, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  write_file(csv, text);
 }
 
 }  // namespace btms

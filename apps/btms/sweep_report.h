@@ -26,7 +26,8 @@ struct SweepRow {
 struct Sweep {
   std::string preset;
   std::size_t files = 0;
-  bool ambiguous = false;  // the two parts of the scores differ
+  std::uint64_t dropped = 0;  // points of all files that are not finite or out of range
+  bool ambiguous = false;     // the two parts of the scores differ
   std::vector<SweepRow> rows;
 
   std::vector<std::string> parameters() const;  // in the order of the rows

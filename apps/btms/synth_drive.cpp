@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <set>
 
+#include "apps/btms/number_range.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/report.h"
 #include "apps/btms/stop_signal.h"
@@ -34,10 +35,6 @@ struct Layout {
 };
 
 constexpr const char* kTextFiles[] = {"calib.txt", "times.txt", "poses.txt", "poses_drifting.txt", "trajectory.txt"};
-
-void write_text(const fs::path& path, const std::string& text) {
-  write_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-}
 
 void write_scan(const Layout& layout, std::size_t i, const std::vector<DrivePoint>& points) {
   std::vector<std::uint8_t> bytes(points.size() * 16), labels(points.size() * 4);
@@ -81,11 +78,11 @@ void write_poses(const Layout& layout, const Drive& drive) {
   std::string times;
   for (std::size_t i = 0; i < drive.poses().size(); ++i)
     times += fmt::format("{:.1f}\n", static_cast<double>(i) * kInterval_s);
-  write_text(layout.folder / "times.txt", times);
-  write_text(layout.folder / "calib.txt", "Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n");
-  write_text(layout.folder / "trajectory.txt", tum_poses(drive.poses(), kInterval_s));
-  write_text(layout.folder / "poses_drifting.txt", kitti_poses(drive.drifting_poses()));
-  write_text(layout.folder / "poses.txt", kitti_poses(drive.poses()));
+  write_file(layout.folder / "times.txt", times);
+  write_file(layout.folder / "calib.txt", "Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  write_file(layout.folder / "trajectory.txt", tum_poses(drive.poses(), kInterval_s));
+  write_file(layout.folder / "poses_drifting.txt", kitti_poses(drive.drifting_poses()));
+  write_file(layout.folder / "poses.txt", kitti_poses(drive.poses()));
 }
 
 // What names the scene for `btms eval --map`.
@@ -138,17 +135,17 @@ CLI::Option* add_drive_options(CLI::App& app, DriveArguments& arguments) {
                  "Highest and lowest beam, in degrees above the horizon")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::Range(-89.0, 89.0))
+      ->check(number_range(-89.0, 89.0))
       ->needs(drive)
       ->type_name("UP,DOWN")
       ->group(group);
-  add("--range", o.range_m, "As far as the scanner sees, in metres", CLI::Range(1.0, 300.0), "D");
-  add("--noise", o.noise_m, "Of ranges, in metres, 1 sigma", CLI::Range(0.0, 1.0), "D");
-  add("--step", o.step_m, "From scan to scan along the path, in metres", CLI::Range(0.01, 100.0), "D");
-  add("--sensor-height", o.sensor_height_m, "Above the ground, in metres", CLI::Range(0.3, 5.0), "H");
+  add("--range", o.range_m, "As far as the scanner sees, in metres", number_range(1.0, 300.0), "D");
+  add("--noise", o.noise_m, "Of ranges, in metres, 1 sigma", number_range(0.0, 1.0), "D");
+  add("--step", o.step_m, "From scan to scan along the path, in metres", number_range(0.01, 100.0), "D");
+  add("--sensor-height", o.sensor_height_m, "Above the ground, in metres", number_range(0.3, 5.0), "H");
   add("--drift", o.drift_deg,
       "Degrees by which roll and pitch of poses_drifting.txt stray; the height follows the pitch",
-      CLI::Range(0.0, 10.0), "A");
+      number_range(0.0, 10.0), "A");
   return drive;
 }
 
@@ -161,6 +158,7 @@ int run_drive(const SceneArguments& scene, const DriveArguments& arguments, cons
     throw Error(ErrorCode::kUsage, "--field-of-view: expected UP,DOWN with the highest beam first");
   const Layout layout{folder};
   const std::uint64_t rays = static_cast<std::uint64_t>(options.beams) * static_cast<std::uint64_t>(options.azimuths);
+  const Drive drive(scene.options(), options);  // first, so that nothing is made where it refuses
   prepare(layout, options.scans, options.scans * rays * kPoint_bytes, force);
 
   watch_stop_signals();
@@ -168,7 +166,6 @@ int run_drive(const SceneArguments& scene, const DriveArguments& arguments, cons
   ProgressDisplay progress(common.progress_style());
   progress.begin("drive", options.scans, "scans");
   const auto begun = std::chrono::steady_clock::now();
-  const Drive drive(scene.options(), options);
   std::atomic<std::uint64_t> points = 0;
   const auto together = static_cast<std::size_t>(std::clamp(kTogether_m / options.step_m, 1.0, 32.0));
   threads->for_each((options.scans + together - 1) / together, [&](std::size_t batch, int) {

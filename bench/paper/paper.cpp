@@ -10,14 +10,15 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 
 #include "bench/paper/gpf.h"
 #include "bench/paper/ransac.h"
 #include "bench/paper/table.h"
+#include "engine/tiling/block_source.h"
 #include "engine/tiling/scan_segmenter.h"
+#include "io/files/atomic_file.h"
 #include "io/points/point_file.h"
 
 namespace btms::bench {
@@ -26,20 +27,11 @@ namespace {
 namespace fs = std::filesystem;
 
 // Finite points with their classes, in memory.
-struct Cloud final : PointSource {
+struct Cloud {
   PointBlock block;
   std::vector<Eigen::Vector3f> metres;  // near the origin: floats hold them
   std::vector<float> z_m;
   std::vector<std::uint32_t> truth;
-
-  std::string name() const override { return "cloud"; }
-  std::uint64_t size() const override { return block.size(); }
-  void read(std::uint64_t first, std::size_t count, PointBlock& out) const override {
-    out.reset(count);
-    std::copy_n(block.x_mm.begin() + static_cast<std::ptrdiff_t>(first), count, out.x_mm.begin());
-    std::copy_n(block.y_mm.begin() + static_cast<std::ptrdiff_t>(first), count, out.y_mm.begin());
-    std::copy_n(block.z_mm.begin() + static_cast<std::ptrdiff_t>(first), count, out.z_mm.begin());
-  }
 };
 
 Cloud read_cloud(const fs::path& points, const fs::path& classes) {
@@ -80,7 +72,8 @@ Method of_parameters(std::string name, const Parameters& parameters) {
   const auto segmenter = std::make_shared<ScanSegmenter>(parameters);
   return {std::move(name), [segmenter](const Cloud& cloud) {
             std::vector<std::uint8_t> terrain;
-            for (const Label label : segmenter->segment(cloud)) terrain.push_back(label == Label::kTerrain);
+            for (const Label label : segmenter->segment(BlockSource(cloud.block)))
+              terrain.push_back(label == Label::kTerrain);
             return terrain;
           }};
 }
@@ -153,6 +146,7 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--json", json, "Also write the figures to this file");
   CLI11_PARSE(app, argc, argv);
+  if (!scans.empty() && labels.empty()) throw std::runtime_error("--scans: give their --labels, too");
   if (scans.empty() && maps.empty()) throw std::runtime_error("give --scans with --labels, --maps, or both");
 
   std::vector<PaperBlock> blocks;
@@ -171,7 +165,7 @@ int run(int argc, char** argv) {
   if (!json.empty()) {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const PaperBlock& block : blocks) all.push_back(to_json(block));
-    std::ofstream(json) << all.dump(2) << "\n";
+    write_file(json, all.dump(2) + "\n");
   }
   return 0;
 }

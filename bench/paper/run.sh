@@ -16,7 +16,8 @@ if [ ! -x "$bin/btms" ] || [ ! -x "$bin/btms_paper" ]; then
 fi
 btms=$bin/btms
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT INT TERM
+trap 'rm -rf "$work"' EXIT
+trap 'exit 130' INT TERM
 
 say() { echo "$*" >&2; }
 
@@ -77,9 +78,9 @@ drift_row() {
   accumulate "$@"
   "$btms" build "$work/map.las" -o "$work/map.btms" --preset partial-map -q > "$work/log"
   "$btms" label "$work/map.btms" "$work/map.las" -o "$work/labels" -q > "$work/log"
-  "$btms" eval --label-map partial-map --truth "$work/map.las" --prediction "$work/labels" -q |
-    awk -v name="$name" 'BEGIN { part = "with" } /^Without/ { part = "without" } $1 == "map" { f1[part] = $(NF-5); a[part] = $(NF-4) }
-      END { printf "| %s | %s | %s | %s | %s |\n", name, f1["with"], a["with"], f1["without"], a["without"] }'
+  "$btms" eval --label-map partial-map --truth "$work/map.las" --prediction "$work/labels" -q > "$work/scores"
+  awk -v name="$name" 'BEGIN { part = "with" } /^Without/ { part = "without" } $1 == "map" { f1[part] = $(NF-5); a[part] = $(NF-4) }
+      END { printf "| %s | %s | %s | %s | %s |\n", name, f1["with"], a["with"], f1["without"], a["without"] }' "$work/scores"
 }
 
 drift() {

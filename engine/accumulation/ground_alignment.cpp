@@ -1,13 +1,13 @@
 #include "engine/accumulation/ground_alignment.h"
 
 #include <Eigen/Dense>
-#include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
+
+#include "engine/error.h"
 
 namespace btms {
 namespace {
@@ -20,6 +20,9 @@ constexpr double kStepHeight_m = 0.05;  // what odometry may lose from a scan to
 constexpr double kStepTilt = 0.002;     // radians
 constexpr double kFirstPose = 1e-5;     // how firmly the first one is held: metres, radians
 constexpr std::size_t kScansForSmear = 3;
+// Pairs of scans that share a square are what a solve costs: of a place where a vehicle waited for minutes each square
+// takes some of the scans, another square others.
+constexpr std::size_t kMostOfSquare = 64;
 // Residuals from here on count less and less; from wide to narrow, so that a loop that is off by metres still closes.
 constexpr double kScales_m[] = {0.5, 0.15, 0.06, 0.03, 0.03, 0.03};
 constexpr int kLinearisations = 2;
@@ -52,7 +55,8 @@ Sightings find_sightings(std::span<const std::vector<GroundPatch>> ground, std::
   };
   std::vector<std::map<Square, Sum>> sums(ground.size());
   struct Seen {
-    std::size_t scans = 0, number = 0;
+    std::size_t scans = 0, number = 0, met = 0;
+    bool takes_next() { return (met++ + number) * kMostOfSquare % scans < std::min(kMostOfSquare, scans); }
   };
   std::map<Square, Seen> seen;
   for (std::size_t i = 0; i < ground.size(); ++i) {
@@ -71,8 +75,8 @@ Sightings find_sightings(std::span<const std::vector<GroundPatch>> ground, std::
   out.by_square.resize(squares);
   for (std::size_t i = 0; i < ground.size(); ++i)
     for (const auto& [square, sum] : sums[i]) {
-      const Seen& by = seen.at(square);
-      if (by.scans < 2) continue;
+      Seen& by = seen.at(square);
+      if (by.scans < 2 || !by.takes_next()) continue;
       const double x = sum.x / sum.n, y = sum.y / sum.n;
       out.by_square[by.number].push_back(out.all.size());
       out.all.push_back({i, by.number, x - (static_cast<double>(square.col) + 0.5) * kSquare_m,
@@ -172,14 +176,13 @@ std::vector<Correction> solve(const Sightings& sightings, std::span<const Correc
 
 // Raises the sensor by c[0] and tilts what it saw so that ground rises by c[1] along x and c[2] along y.
 Pose corrected(const Pose& pose, const Correction& c) {
-  const Eigen::Vector3d axis(c[2], -c[1], 0);
-  const double slope = axis.norm();
+  // Rodrigues' formula about (p, q, 0), whose length is the tangent of the angle.
+  const double p = c[2], q = -c[1], cosine = 1 / std::sqrt(1 + p * p + q * q), k = cosine * cosine / (1 + cosine);
+  Pose turn;
+  turn.rotation = {cosine + k * p * p, k * p * q,   cosine * q, k * p * q, cosine + k * q * q,
+                   -cosine * p,        -cosine * q, cosine * p, cosine};
   Pose out = pose;
-  if (slope > 0) {
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(std::atan(slope), axis / slope).toRotationMatrix();
-    using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    Eigen::Map<Rotation>(out.rotation.data()) = turn * Eigen::Map<const Rotation>(pose.rotation.data());
-  }
+  out.rotation = turn.after(pose).rotation;
   out.place_m[2] += c[0];
   return out;
 }
@@ -220,7 +223,8 @@ std::vector<GroundPatch> ground_patches(const PointBlock& points, std::span<cons
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] != Label::kTerrain) continue;
     const std::int64_t x = points.x_mm[i], y = points.y_mm[i];
-    if (std::hypot(static_cast<double>(x), static_cast<double>(y)) > kRange_mm) continue;
+    const auto along_x = static_cast<double>(x), along_y = static_cast<double>(y);
+    if (along_x * along_x + along_y * along_y > kRange_mm * kRange_mm) continue;
     Sum& sum = sums[{floor_div(x, kPatch_mm), floor_div(y, kPatch_mm)}];
     const std::int64_t z = points.z_mm[i];
     sum = {sum.x + x, sum.y + y, sum.z + z, sum.zz + z * z, sum.n + 1};
@@ -236,7 +240,16 @@ std::vector<GroundPatch> ground_patches(const PointBlock& points, std::span<cons
   return patches;
 }
 
-AlignedPoses align_ground(std::span<const std::vector<GroundPatch>> ground, std::span<const Pose> poses) {
+AlignedPoses align_ground(std::span<const std::vector<GroundPatch>> ground, std::span<const Pose> poses,
+                          Progress& progress) {
+  constexpr std::uint64_t kSolves = kLinearisations * (1 + std::size(kScales_m));
+  progress.begin("align", kSolves, "solves");
+  const auto solve_next = [&](const Sightings& sightings, std::span<const Correction> so_far) {
+    if (progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped");
+    auto found = solve(sightings, so_far);
+    progress.advance(1);
+    return found;
+  };
   AlignedPoses out;
   out.poses.assign(poses.begin(), poses.end());
   std::vector<Correction> total(poses.size(), Correction::Zero());
@@ -244,14 +257,14 @@ AlignedPoses align_ground(std::span<const std::vector<GroundPatch>> ground, std:
     Sightings sightings = find_sightings(ground, out.poses);
     if (linearisation == 0) out.smear_before_m = smear_m(sightings, poses.size());
     if (sightings.all.empty()) return out;
-    std::vector<Correction> found = solve(sightings, total);
+    std::vector<Correction> found = solve_next(sightings, total);
     for (const double scale_m : kScales_m) {
       const std::vector<Eigen::Vector3d> planes = Planes(sightings).solve(sightings, found);
       for (Sighting& s : sightings.all) {
         const double off = off_plane_m(s, found, planes) / scale_m;
         s.weight = 1 / (1 + off * off);
       }
-      found = solve(sightings, total);
+      found = solve_next(sightings, total);
     }
     for (std::size_t i = 0; i < poses.size(); ++i) {
       total[i] += found[i];
@@ -261,7 +274,7 @@ AlignedPoses align_ground(std::span<const std::vector<GroundPatch>> ground, std:
   out.smear_after_m = smear_m(find_sightings(ground, out.poses), poses.size());
   for (const Correction& c : total) {
     out.largest_m = std::max(out.largest_m, std::abs(c[0]));
-    out.largest_tilt_deg = std::max(out.largest_tilt_deg, std::atan(std::hypot(c[1], c[2])) * 180 / std::numbers::pi);
+    out.largest_slope = std::max(out.largest_slope, std::sqrt(c[1] * c[1] + c[2] * c[2]));
   }
   return out;
 }

@@ -10,6 +10,7 @@ namespace btms {
 namespace {
 
 constexpr int kAxisBits = 21;
+constexpr std::size_t kLeastMerge = 1 << 16;
 constexpr std::int64_t kReach = std::int64_t{1} << (kAxisBits - 1);
 
 }  // namespace
@@ -19,9 +20,7 @@ void VoxelMap::add(std::span<const LabelledPoint> points) {
   const auto voxel_of = [&](const LabelledPoint& p) -> std::array<std::int64_t, 3> {
     return {floor_div(p.x_mm, edge_mm_), floor_div(p.y_mm, edge_mm_), floor_div(p.z_mm, edge_mm_)};
   };
-  if (parts_.empty()) first_ = voxel_of(points[0]);
-  std::vector<Part> added;
-  added.reserve(points.size());
+  if (parts_.empty() && waiting_.empty()) first_ = voxel_of(points[0]);
   for (const LabelledPoint& p : points) {
     const std::array<std::int64_t, 3> voxel = voxel_of(p), place{p.x_mm, p.y_mm, p.z_mm};
     Part part{0, p.label, 1, {}};
@@ -33,13 +32,18 @@ void VoxelMap::add(std::span<const LabelledPoint> points) {
       part.key = part.key << kAxisBits | static_cast<std::uint64_t>(step);
       part.sums_mm[axis] = static_cast<std::uint64_t>(place[axis] - voxel[axis] * edge_mm_);
     }
-    added.push_back(part);
+    waiting_.push_back(part);
   }
-  std::sort(added.begin(), added.end(), before);
+  if (waiting_.size() >= std::max(kLeastMerge, parts_.size())) merge();
+}
 
+void VoxelMap::merge() {
+  if (waiting_.empty()) return;
+  std::sort(waiting_.begin(), waiting_.end(), before);
   std::vector<Part> merged;
-  merged.reserve(parts_.size() + added.size());
-  std::merge(parts_.begin(), parts_.end(), added.begin(), added.end(), std::back_inserter(merged), before);
+  merged.reserve(parts_.size() + waiting_.size());
+  std::merge(parts_.begin(), parts_.end(), waiting_.begin(), waiting_.end(), std::back_inserter(merged), before);
+  waiting_.clear();
   std::size_t kept = 0;
   for (const Part& part : merged) {
     Part* last = kept > 0 ? &merged[kept - 1] : nullptr;

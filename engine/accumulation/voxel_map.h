@@ -16,7 +16,7 @@ struct LabelledPoint {
 };
 
 // Sums of integers: the result depends on the set of points, not on their order. Not thread-safe. Holds 40 bytes for
-// each label of a voxel, twice that while points are added, and 64 bytes for each of these.
+// each label of a voxel, and as much again (or 3 MB) of points that wait to be merged; twice all that while they are.
 class VoxelMap {
  public:
   // Voxels are anchored at multiples of `edge_mm` (1 to 10,000).
@@ -28,7 +28,8 @@ class VoxelMap {
   // Centroids, rounded to millimetres, with the most frequent label (of equally frequent ones the smallest), from
   // bottom to top, then south to north, then west to east. Calls fn(point) for each voxel.
   template <class Fn>
-  void for_each_voxel(const Fn& fn) const {
+  void for_each_voxel(const Fn& fn) {
+    merge();
     for (std::size_t begin = 0; begin < parts_.size();) {
       std::size_t end = begin + 1;
       while (end < parts_.size() && parts_[end].key == parts_[begin].key) ++end;
@@ -45,11 +46,13 @@ class VoxelMap {
     std::array<std::uint64_t, 3> sums_mm{};  // from the voxel's corner
   };
   static bool before(const Part& a, const Part& b) { return a.key != b.key ? a.key < b.key : a.label < b.label; }
+  void merge();
   LabelledPoint whole(std::span<const Part> parts) const;
 
   std::int32_t edge_mm_;
   std::array<std::int64_t, 3> first_{};  // the voxel of the first point
-  std::vector<Part> parts_;              // ascending
+  std::vector<Part> parts_;              // ascending, each once
+  std::vector<Part> waiting_;            // merged when there are as many as parts_: the map is not copied for each scan
 };
 
 }  // namespace btms

@@ -42,7 +42,7 @@ const std::array kTable = {
     ParameterInfo{"plane_distance", "eps2", "rad", 0.0, 1.5, "", "Eq 6, Table I",
                   "elevation angle at which a linked node's mean may stand off the other's plane", &P::plane_distance},
     ParameterInfo{"keep_nodes", "", "nodes", 1, 1000000000, "", "measured",
-                  "connected components with fewer nodes are not terrain", &P::keep_nodes},
+                  "fixed method: connected components with fewer nodes are not terrain", &P::keep_nodes},
     ParameterInfo{
         "completion", "", "", 0, 0, "kernel|none", "Eq 7-11 / coarse to fine",
         "predict nodes that are not terrain from the terrain around them (kernel), or leave them alone (none)",

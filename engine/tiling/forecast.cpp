@@ -8,6 +8,7 @@
 #include <set>
 
 #include "engine/error.h"
+#include "engine/tiling/block_source.h"
 #include "engine/tiling/level_passes.h"
 #include "engine/tiling/memory_budget.h"
 #include "engine/tiling/passes.h"
@@ -128,27 +129,11 @@ std::uint64_t within_rings(const std::vector<BinId>& cells, std::int32_t rings) 
   return near.size();
 }
 
-// Points in memory.
-class Points final : public PointSource {
- public:
-  std::string name() const override { return "a part of the inputs"; }
-  std::uint64_t size() const override { return all_.size(); }
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    block.reset(count);
-    const auto at = static_cast<std::ptrdiff_t>(first);
-    std::copy_n(all_.x_mm.begin() + at, count, block.x_mm.begin());
-    std::copy_n(all_.y_mm.begin() + at, count, block.y_mm.begin());
-    std::copy_n(all_.z_mm.begin() + at, count, block.z_mm.begin());
-  }
-  void add(const PointBlock& from, std::size_t i) {
-    all_.x_mm.push_back(from.x_mm[i]);
-    all_.y_mm.push_back(from.y_mm[i]);
-    all_.z_mm.push_back(from.z_mm[i]);
-  }
-
- private:
-  PointBlock all_;
-};
+void add_point(PointBlock& all, const PointBlock& from, std::size_t i) {
+  all.x_mm.push_back(from.x_mm[i]);
+  all.y_mm.push_back(from.y_mm[i]);
+  all.z_mm.push_back(from.z_mm[i]);
+}
 
 }  // namespace
 
@@ -241,17 +226,18 @@ Trial try_build(std::span<const PointSource* const> sources, const PointSurvey& 
   });
   const auto fullest =
       std::max_element(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  Points part;
+  PointBlock part_points;
   inputs.read(first, count, block, [&](const PointBlock& some) {
     for (std::size_t i = 0; i < some.size(); ++i)
       if (some.x_mm[i] != PointBlock::kDroppedX && (everything || square_of(some, i) == fullest->first))
-        part.add(some, i);
+        add_point(part_points, some, i);
   });
-  if (part.size() == 0)
+  if (part_points.size() == 0)
     throw Error(ErrorCode::kBadInput, "no finite point in the middle of the inputs: no forecast can be made");
 
   const std::clock_t begun = std::clock();
   Trial trial;
+  const BlockSource part(part_points, "a part of the inputs");
   const PointSource* const source = &part;
   Progress progress;
   trial.summary = build_map({&source, 1}, options, *serial_threads(), *single_rank(), sink, progress);

@@ -9,6 +9,7 @@
 #include "engine/lattice/wide.h"
 #include "engine/terrain/model_nodes.h"
 #include "engine/terrain/moments.h"
+#include "engine/tiling/block_source.h"
 #include "engine/tiling/millimetres.h"
 #include "engine/tiling/segment.h"
 #include "engine/tiling/tile_components.h"
@@ -19,25 +20,6 @@ namespace {
 
 constexpr std::uint64_t kMostNodes = 1 << 20;  // in the box around a scan; wider ones take the way of large maps
 constexpr std::size_t kParts = 4;              // of a scan, counted side by side: neighbouring points share a node
-
-// A scan that has been read, as a source.
-class BlockSource final : public PointSource {
- public:
-  explicit BlockSource(const PointBlock& points) : points_(points) {}
-  std::string name() const override { return "scan"; }
-  std::uint64_t size() const override { return points_.size(); }
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    block.reset(count);
-    std::copy_n(points_.x_mm.begin() + static_cast<std::ptrdiff_t>(first), count, block.x_mm.begin());
-    std::copy_n(points_.y_mm.begin() + static_cast<std::ptrdiff_t>(first), count, block.y_mm.begin());
-    std::copy_n(points_.z_mm.begin() + static_cast<std::ptrdiff_t>(first), count, block.z_mm.begin());
-    block.not_finite =
-        static_cast<std::size_t>(std::count(block.x_mm.begin(), block.x_mm.end(), PointBlock::kDroppedX));
-  }
-
- private:
-  const PointBlock& points_;
-};
 
 struct Interval {
   std::int64_t low = INT64_MAX, high = INT64_MIN;
@@ -436,7 +418,7 @@ void ScanSegmenter::Impl::label() {
 }
 
 std::span<const Label> ScanSegmenter::Impl::segment_as_map(bool compact) {
-  SegmentedScan scan = segment_scan(BlockSource(block_), parameters_, compact && !is_fixed());
+  SegmentedScan scan = segment_scan(BlockSource(block_, "scan"), parameters_, compact && !is_fixed());
   labels_ = std::move(scan.labels);
   counts_ = scan.counts;
   return labels_;

@@ -191,6 +191,10 @@ void make_folders(const fs::path& folder) {
     throw Error(ErrorCode::kFailed, "cannot make the folder: " + system_reason(error), folder.string());
 }
 
+void write_file(const fs::path& path, std::string_view text) {
+  write_file(path, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
 void sync_folder(const fs::path& folder) {
   const auto fail = [&](const char* doing) {
     throw Error(ErrorCode::kFailed, std::string("cannot ") + doing + ": " + system_reason(errno), folder.string());

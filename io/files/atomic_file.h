@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "io/files/descriptor.h"
 
@@ -53,6 +54,7 @@ class AtomicFile {
 
 // All of a file at once, checked and committed.
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
+void write_file(const std::filesystem::path& path, std::string_view text);
 
 // Makes `folder`, and those above it that don't exist, with durable names. Throws Error(kFailed).
 void make_folders(const std::filesystem::path& folder);

@@ -28,13 +28,15 @@ bool is_rotation(const std::array<double, 9>& r) {
   return determinant > 0;  // else a mirror
 }
 
-Pose from_matrix(const std::vector<double>& v) {
+Pose from_matrix(std::span<const double> v) {
   return {{v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10]}, {v[3], v[7], v[11]}};
 }
 
-Pose from_quaternion(const std::vector<double>& v) {
-  const double length = std::sqrt(v[4] * v[4] + v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
-  const double x = v[4] / length, y = v[5] / length, z = v[6] / length, w = v[7] / length;
+Pose from_quaternion(std::span<const double> v) {
+  const double largest = std::max({std::abs(v[4]), std::abs(v[5]), std::abs(v[6]), std::abs(v[7])});
+  double x = v[4] / largest, y = v[5] / largest, z = v[6] / largest, w = v[7] / largest;  // else squares overflow
+  const double length = std::sqrt(x * x + y * y + z * z + w * w);
+  x /= length, y /= length, z /= length, w /= length;
   return {
       {1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 2 * (x * y + z * w), 1 - 2 * (x * x + z * z),
        2 * (y * z - x * w), 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)},
@@ -58,14 +60,14 @@ std::string complaint(const Pose& pose) {
 
 std::vector<Pose> read_poses(const std::filesystem::path& file) {
   std::vector<Pose> poses;
-  for (const auto& [line, values] : read_number_lines(file, "pose")) {
+  read_number_lines(file, "pose", [&](std::size_t line, std::span<const double> values) {
     std::string wrong = "found " + std::to_string(values.size()) + " numbers, expected 12 (KITTI) or 8 (TUM)";
     if (values.size() == 12 || values.size() == 8) {
       poses.push_back(values.size() == 12 ? from_matrix(values) : from_quaternion(values));
       wrong = complaint(poses.back());
     }
     if (!wrong.empty()) throw Error(ErrorCode::kBadInput, "line " + std::to_string(line) + ": " + wrong, file.string());
-  }
+  });
   return poses;
 }
 
@@ -74,9 +76,9 @@ Pose read_calibration(const std::filesystem::path& file) {
   std::istringstream text(std::string(bytes.begin(), bytes.end()));
   for (std::string line; std::getline(text, line);) {
     if (!line.starts_with("Tr:") && !line.starts_with("Tr_velo_to_cam:")) continue;
-    std::istringstream words(line.substr(line.find(':') + 1));
     std::vector<double> values;
-    for (double v; words >> v;) values.push_back(v);
+    if (!parse_numbers(std::string_view(line).substr(line.find(':') + 1), values))
+      throw Error(ErrorCode::kBadInput, "the line Tr: has a word that is no number", file.string());
     if (values.size() != 12)
       throw Error(ErrorCode::kBadInput, "the line Tr: has " + std::to_string(values.size()) + " numbers, expected 12",
                   file.string());

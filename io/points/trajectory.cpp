@@ -11,7 +11,7 @@ namespace btms {
 
 std::vector<TrajectoryPoint> read_trajectory(const std::filesystem::path& file) {
   std::vector<TrajectoryPoint> out;
-  for (const auto& [line, v] : read_number_lines(file, "pose")) {
+  read_number_lines(file, "pose", [&](std::size_t line, std::span<const double> v) {
     const auto refuse = [&](const std::string& what) {
       throw Error(ErrorCode::kBadInput, "line " + std::to_string(line) + ": " + what, file.string());
     };
@@ -31,7 +31,7 @@ std::vector<TrajectoryPoint> read_trajectory(const std::filesystem::path& file) 
     out.push_back({static_cast<std::int64_t>(std::floor(x * 1000 + 0.5)),
                    static_cast<std::int64_t>(std::floor(y * 1000 + 0.5)),
                    static_cast<std::int32_t>(std::floor(z * 1000 + 0.5))});
-  }
+  });
   return out;
 }
 

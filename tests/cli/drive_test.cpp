@@ -73,10 +73,12 @@ TEST(CliDrive, WrongCallsExitWith2) {
                                                {"--field-of-view", "-20,2"},
                                                {"--field-of-view", "2"},
                                                {"--points", "500"},
-                                               {"--scene", "moon"}}) {
+                                               {"--scene", "moon"},
+                                               {"--step", "nan"},
+                                               {"--field-of-view", "nan,nan"}}) {
     const Outcome outcome = run(drive(folder / "out", more));
     EXPECT_EQ(outcome.status, 2) << testing::PrintToString(more) << outcome.err;
-    EXPECT_FALSE(fs::exists(folder / "out/poses.txt"));
+    EXPECT_FALSE(fs::exists(folder / "out")) << testing::PrintToString(more);
   }
   EXPECT_EQ(run(drive(folder / "out", {}, "0")).status, 2);
   EXPECT_EQ(run({"synth", "-o", folder / "out", "--scans", "10"}).status, 2) << "no drive";

@@ -4,19 +4,28 @@
 namespace btms::test {
 namespace {
 
-const std::vector<std::string> kSubcommands = {"build",  "label", "segment", "info",   "query", "digest",
-                                               "verify", "diff",  "eval",    "params", "sweep", "synth"};
+// The list under "Subcommands:".
+std::vector<std::string> subcommands() {
+  std::istringstream help(run({"--help"}).out);
+  std::vector<std::string> names;
+  std::string line;
+  while (std::getline(help, line) && line != "Subcommands:") continue;
+  while (std::getline(help, line) && line.starts_with("  ")) names.push_back(line.substr(2, line.find(' ', 2) - 2));
+  return names;
+}
 
 TEST(CliHelp, NamesEverySubcommandAndAnExample) {
   const Outcome help = run({"--help"});
   EXPECT_EQ(help.status, 0);
   EXPECT_EQ(help.err, "");
-  for (const std::string& name : kSubcommands) EXPECT_NE(help.out.find("\n  " + name), std::string::npos) << name;
+  const std::vector<std::string> names = subcommands();
+  for (const char* name : {"build", "accumulate", "sweep"})
+    EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
   EXPECT_NE(help.out.find("Example"), std::string::npos);
 }
 
 TEST(CliHelp, EverySubcommandTeaches) {
-  for (const std::string& name : kSubcommands) {
+  for (const std::string& name : subcommands()) {
     const Outcome help = run({name, "--help"});
     EXPECT_EQ(help.status, 0) << name;
     EXPECT_NE(help.out.find("Example"), std::string::npos) << name;

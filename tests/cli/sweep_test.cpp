@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "tests/cli/program.h"
 
@@ -39,6 +40,36 @@ TEST(CliSweep, WritesARowForEveryValueWithAndWithoutCompletion) {
   EXPECT_NE(svg.find("</svg>"), std::string::npos);
 
   EXPECT_EQ(run(call).status, 2);  // nothing is replaced unasked
+}
+
+TEST(CliSweep, RefusesTruthThatDoesNotFit) {
+  const TempFolder folder;
+  write_scan(folder / "a.bin", floor_and_wall());
+  write_scan(folder / "b.bin", floor_and_wall());
+  const std::size_t points = floor_and_wall().size();
+  write_text(folder / "a.label", std::string(4 * points, '\0'));  // every point unlabelled, so ignored
+  const std::vector<std::string> two = {
+      "sweep", "--points", folder / "a.bin", folder / "b.bin", "--truth", folder / "a.label", "-o", folder / "sweep"};
+  const Outcome one_for_two = run(two);
+  EXPECT_EQ(one_for_two.status, 2);
+  EXPECT_NE(one_for_two.err.find("one file for 2 inputs"), std::string::npos) << one_for_two.err;
+  const Outcome nothing = run({"sweep", "--points", folder / "a.bin", "--truth", folder / "a.label", "--over",
+                               "resolution=4", "-o", folder / "sweep"});
+  EXPECT_EQ(nothing.status, 3) << nothing.out;
+  EXPECT_FALSE(fs::exists(folder / "sweep/sweep.csv"));
+}
+
+TEST(CliSweep, LeavesOutAndCountsWhatIsNotFinite) {
+  const TempFolder folder;
+  auto points = floor_and_wall();
+  points[3][1] = std::numeric_limits<float>::infinity();
+  write_scan(folder / "a.bin", points);
+  std::string labels(4 * points.size(), '\0');
+  for (std::size_t i = 0; i < points.size(); ++i) labels[4 * i] = points[i][2] < -1.6f ? 40 : 50;
+  write_text(folder / "a.label", labels);
+  const auto json = run_json({"sweep", "--points", folder / "a.bin", "--truth", folder / "a.label", "--over",
+                              "resolution=2,4", "-o", folder / "sweep"});
+  EXPECT_EQ(json["dropped"], 1);
 }
 
 TEST(CliSweep, SaysWhatIsWrongWithAnAxis) {

@@ -24,7 +24,7 @@ std::vector<LabelledPoint> random_points(std::size_t n) {
 }
 
 using Place = std::tuple<std::int64_t, std::int64_t, std::int32_t, std::uint32_t>;
-std::vector<Place> places(const VoxelMap& map) {
+std::vector<Place> places(VoxelMap& map) {
   std::vector<Place> out;
   map.for_each_voxel([&](const LabelledPoint& p) { out.emplace_back(p.x_mm, p.y_mm, p.z_mm, p.label); });
   return out;
@@ -66,6 +66,17 @@ TEST(VoxelMap, DependsNeitherOnOrderNorOnPortions) {
   for (std::size_t i = 0; i < points.size(); i += 700)
     parts.add(std::span(points).subspan(i, std::min<std::size_t>(700, points.size() - i)));
   EXPECT_EQ(places(whole), places(parts));
+}
+
+TEST(VoxelMap, MergesPortionsIntoALargeMap) {
+  VoxelMap whole(50), parts(50);
+  const auto points = random_points(400'000);  // several merges
+  whole.add(points);
+  for (std::size_t i = 0; i < points.size(); i += 9000)
+    parts.add(std::span(points).subspan(i, std::min<std::size_t>(9000, points.size() - i)));
+  const auto found = places(parts);
+  EXPECT_EQ(found, places(whole));
+  EXPECT_EQ(found, places(parts)) << "asked again";
 }
 
 TEST(VoxelMap, RefusesPointsThatCannotBelongTogether) {

@@ -84,7 +84,7 @@ TEST_F(TrajectoryOfADrive, KeepsTheDeckCoarseToFine) {
 }
 
 TEST_F(TrajectoryOfADrive, KeepsTheDeckOfTheFixedMethod) {
-  Parameters p = preset("partial-map");
+  Parameters p = preset("paper-partial-map");
   p.keep_nodes = 6000;  // none of the roofs of a town
   EXPECT_EQ(borne(p, {}), 0);
   EXPECT_EQ(borne(p, trajectory()), 1);

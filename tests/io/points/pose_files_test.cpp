@@ -63,7 +63,17 @@ TEST_F(PoseFiles, CalibrationIsTheLineTr) {
   EXPECT_EQ(read_calibration(path).place_m, (std::array<double, 3>{0.5, 0, 2}));
   EXPECT_THROW(read_calibration(write("P0: 1 2 3\n")), Error);
   EXPECT_THROW(read_calibration(write("Tr: 1 2 3\n")), Error);
+  EXPECT_THROW(read_calibration(write("Tr: 1 0 0 0 0 1 0 0 0 0 1 0 rubbish\n")), Error);
+  EXPECT_THROW(read_calibration(write("Tr: 1 0 0 0 0 1 0 0 0 0 1 0, 7\n")), Error);
   EXPECT_THROW(read_calibration(write("Tr: 2 0 0 0 0 1 0 0 0 0 1 0\n")), Error);
+}
+
+TEST_F(PoseFiles, QuaternionsHaveAnyLength) {
+  const auto poses = read_poses(write("0 1 2 3 0 0 1 1\n0 1 2 3 0 0 1e200 1e200\n0 1 2 3 0 0 1e-200 1e-200\n"));
+  ASSERT_EQ(poses.size(), 3u);
+  for (const Pose& pose : poses) EXPECT_NEAR(pose.rotation[3], 1, 1e-12);
+  EXPECT_THAT(refusal("0 1 2 3 0 0 inf 1\n"), testing::HasSubstr("no rotation"));
+  EXPECT_THAT(refusal("0 1 2 3 0 0 nan 1\n"), testing::HasSubstr("no rotation"));
 }
 
 TEST_F(PoseFiles, InverseTakesBack) {

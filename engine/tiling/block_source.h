@@ -1,19 +1,19 @@
-// A point file read into memory, so that a scan's time can be measured without file access.
+// Points in memory as a source.
 #pragma once
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
 #include "engine/tiling/point_source.h"
 
 namespace btms {
 
-// Immutable, thread-safe.
-class MemorySource final : public PointSource {
+// Borrows the block. Thread-safe as long as nobody changes that.
+class BlockSource final : public PointSource {
  public:
-  // Throws what `file` throws.
-  explicit MemorySource(const PointSource& file) : name_(file.name()) {
-    file.read(0, static_cast<std::size_t>(file.size()), points_);
-  }
+  explicit BlockSource(const PointBlock& points, std::string name = "memory")
+      : points_(points), name_(std::move(name)) {}
 
   std::string name() const override { return name_; }
   std::uint64_t size() const override { return points_.size(); }
@@ -24,18 +24,15 @@ class MemorySource final : public PointSource {
     std::copy_n(points_.y_mm.begin() + at, count, block.y_mm.begin());
     std::copy_n(points_.z_mm.begin() + at, count, block.z_mm.begin());
     // Which of the two reasons a point was dropped for is known of the whole only.
-    if (count == points_.size()) {
-      block.not_finite = points_.not_finite;
-      block.out_of_range = points_.out_of_range;
-    } else {
-      block.not_finite =
-          static_cast<std::size_t>(std::count(block.x_mm.begin(), block.x_mm.end(), PointBlock::kDroppedX));
-    }
+    block.out_of_range = count == points_.size() ? points_.out_of_range : 0;
+    block.not_finite =
+        static_cast<std::size_t>(std::count(block.x_mm.begin(), block.x_mm.end(), PointBlock::kDroppedX)) -
+        block.out_of_range;
   }
 
  private:
+  const PointBlock& points_;
   std::string name_;
-  PointBlock points_;
 };
 
 }  // namespace btms
