@@ -71,6 +71,9 @@ class RoundFiles final : public RoundMemory {
 bool has_round_files(const std::filesystem::path& map_folder, std::uint64_t revision);
 // Those of a revision that was not published, and the folder when it is empty. Failures are ignored, as by the next.
 void remove_round_files(const std::filesystem::path& map_folder, std::uint64_t revision);
+// Names of those of the revisions `since` to `revision` whose index or records are damaged.
+std::vector<std::string> damaged_round_files(const std::filesystem::path& map_folder, std::uint64_t revision,
+                                             std::uint64_t since);
 // After the publish of a revision that keeps the records from revision `since` on (0: none): removes the others, and
 // files of which newer ones hold everything.
 void prune_round_files(const std::filesystem::path& map_folder, std::uint64_t revision, std::uint64_t since);
