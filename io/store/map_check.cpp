@@ -6,9 +6,12 @@
 #include <optional>
 
 #include "engine/error.h"
+#include "io/files/atomic_file.h"
 #include "io/files/read_file.h"
+#include "io/store/journal.h"
 #include "io/store/map_folder.h"
 #include "io/store/map_nc.h"
+#include "io/store/round_files.h"
 #include "io/store/sandboxed_layers.h"
 #include "io/store/seams.h"
 #include "io/store/shard_file.h"
@@ -78,6 +81,11 @@ std::optional<std::string> view_problem(const fs::path& folder, const Manifest& 
          "HDF5";
 }
 
+// Of the revision before, or of a build at work or interrupted.
+bool is_of_a_build(const std::string& name) {
+  return name == kRoundFolder || is_journal_name(name) || is_temporary_name(name) || shard_revision(name);
+}
+
 std::vector<std::string> stray_files(const fs::path& folder, const Manifest& manifest) {
   std::set<std::string> own = {kManifest, kMapNc, kShardFolder};
   for (const ShardEntry& shard : manifest.shards) own.insert(shard_name(shard));
@@ -85,7 +93,8 @@ std::vector<std::string> stray_files(const fs::path& folder, const Manifest& man
   std::error_code ignored;
   for (const char* part : {"", kShardFolder})
     for (fs::directory_iterator it(folder / part, ignored), end; !ignored && it != end; it.increment(ignored))
-      if (const std::string name = (fs::path(part) / it->path().filename()).string(); !own.contains(name))
+      if (const std::string name = (fs::path(part) / it->path().filename()).string();
+          !own.contains(name) && !is_of_a_build(it->path().filename().string()))
         strays.push_back(name);
   std::sort(strays.begin(), strays.end());
   return strays;
@@ -138,6 +147,11 @@ MapCheck check_map(const fs::path& folder, const Manifest& manifest, Trust trust
     check.has_view = false;
     check.problems.push_back({kMapNc, {}, std::move(*problem)});
   }
+  if (manifest.info.updatable_since > 0)
+    for (const std::string& name : damaged_round_files(folder, manifest.info.revision, manifest.info.updatable_since))
+      check.problems.push_back({std::string(kRoundFolder) + "/" + name,
+                                {},
+                                "is damaged: an update can't follow it; build the map once more with --updatable"});
   check.strays = stray_files(folder, manifest);
   return check;
 }

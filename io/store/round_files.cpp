@@ -82,7 +82,7 @@ std::span<std::uint8_t> raw(std::vector<Block>& blocks) {
 }
 
 // The index; nothing of a file that is damaged.
-std::vector<Block> read_index(const fs::path& file) {
+std::optional<std::vector<Block>> read_index(const fs::path& file) {
   const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   if (fd.get() < 0) return {};
   const off_t size = ::lseek(fd.get(), 0, SEEK_END);
@@ -144,7 +144,8 @@ RoundFiles::RoundFiles(fs::path map_folder, const RoundFilesOptions& options)
       continue;
     const fs::path file = folder_ / name.text();
     // Of later revisions last: they hold what is newest.
-    for (const Block& block : read_index(file)) known_[name.number][block.tile] = {file, block};
+    for (const Block& block : read_index(file).value_or(std::vector<Block>()))
+      known_[name.number][block.tile] = {file, block};
     if (options.resume) interrupted_.try_emplace(name.number, name.ranks).first->second -= 1;
   }
 }
@@ -235,6 +236,22 @@ void remove_round_files(const fs::path& map_folder, std::uint64_t revision) {
   fs::remove(folder, ignored);  // fails while anything is in it
 }
 
+std::vector<std::string> damaged_round_files(const fs::path& map_folder, std::uint64_t revision, std::uint64_t since) {
+  const fs::path folder = map_folder / kRoundFolder;
+  std::vector<std::string> damaged;
+  for (const FileName& name : files_in(folder)) {
+    if (name.revision < since || name.revision > revision) continue;
+    const auto index = read_index(folder / name.text());
+    const Descriptor fd(::open((folder / name.text()).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+    const auto is_sound = [&](const Block& block) {
+      std::vector<std::uint8_t> stored(block.stored_bytes);
+      return read_at(fd, block.offset, stored) && xxh3_64(stored) == block.xxh3;
+    };
+    if (!index || fd.get() < 0 || !std::all_of(index->begin(), index->end(), is_sound)) damaged.push_back(name.text());
+  }
+  return damaged;
+}
+
 void prune_round_files(const fs::path& map_folder, std::uint64_t revision, std::uint64_t since) {
   const fs::path folder = map_folder / kRoundFolder;
   std::error_code ignored;
@@ -245,7 +262,7 @@ void prune_round_files(const fs::path& map_folder, std::uint64_t revision, std::
   for (const FileName& name : files) {
     bool wanted = false;
     if (since > 0 && name.revision >= since && name.revision <= revision)
-      for (const Block& block : read_index(folder / name.text()))
+      for (const Block& block : read_index(folder / name.text()).value_or(std::vector<Block>()))
         wanted |= held.insert({name.number, block.tile}).second;
     if (!wanted) fs::remove(folder / name.text(), ignored);
   }
