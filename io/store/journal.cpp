@@ -26,15 +26,21 @@ std::uint64_t hash_of(std::string_view text) {
 
 std::string line(const std::string& text) { return hex64(hash_of(text)) + " " + text + "\n"; }
 
-// The JSON of the sound lines, up to the first that isn't.
-std::vector<std::string> sound_lines(const fs::path& file) {
-  std::vector<std::string> out;
+// The JSON of the sound lines, up to the first that isn't, and where they end in the file.
+struct SoundLines {
+  std::vector<std::string> lines;
+  std::uint64_t end_bytes = 0;
+};
+
+SoundLines sound_lines(const fs::path& file) {
+  SoundLines out;
   const std::vector<std::uint8_t> bytes = read_file(file, kMaxManifest_bytes, ErrorCode::kVerification);
   std::string_view rest(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (std::size_t end; (end = rest.find('\n')) != std::string_view::npos; rest.remove_prefix(end + 1)) {
     const std::string_view whole = rest.substr(0, end);
     if (whole.size() < 18 || whole[16] != ' ' || hex64(hash_of(whole.substr(17))) != whole.substr(0, 16)) break;
-    out.emplace_back(whole.substr(17));
+    out.lines.emplace_back(whole.substr(17));
+    out.end_bytes += whole.size() + 1;
   }
   return out;
 }
@@ -99,11 +105,11 @@ Journal::Journal(const fs::path& folder, int rank, std::uint64_t revision, const
     : path_(folder / journal_name(rank)),
       fd_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666)) {
   if (fd_.get() < 0) throw Error(ErrorCode::kFailed, "cannot create it: " + system_reason(errno), path_.string());
-  if (::lseek(fd_.get(), 0, SEEK_END) > 0) {
-    // What a torn last line would swallow begins on a line of its own.
-    append("\n");
-    return;
-  }
+  // A torn line would hide all that is added behind it.
+  const SoundLines sound = sound_lines(path_);
+  if (::ftruncate(fd_.get(), static_cast<off_t>(sound.end_bytes)) != 0)
+    throw Error(ErrorCode::kFailed, "cannot shorten it: " + system_reason(errno), path_.string());
+  if (!sound.lines.empty()) return;
   append(line(json_line({{"revision", revision}, {"identity", identity}})));
   sync_folder(folder);
 }
@@ -131,7 +137,7 @@ std::optional<Interrupted> read_journals(const fs::path& folder) {
   std::optional<Interrupted> out;
   for (const fs::path& file : journals_in(folder)) {
     try {
-      const std::vector<std::string> lines = sound_lines(file);
+      const std::vector<std::string> lines = sound_lines(file).lines;
       if (lines.empty()) continue;
       const Json head = parse(lines[0]);
       const auto revision =

@@ -25,7 +25,7 @@ bool is_journal_name(const std::string& name);
 // Appends to the journal of a rank; every line has its own hash, so a torn one is noticed. Not thread-safe.
 class Journal {
  public:
-  // Begins it where there is none. Throws Error(kFailed), like add().
+  // Begins it where there is none; of one that is there it keeps the sound lines. Throws Error(kFailed), like add().
   Journal(const std::filesystem::path& folder, int rank, std::uint64_t revision, const std::string& identity);
   // On disk when it returns. The shards' files and their names must be already.
   void add(const std::vector<ShardEntry>& shards);

@@ -152,8 +152,9 @@ std::vector<std::uint8_t> read_shard(const fs::path& folder, const ShardEntry& e
     bytes = read_file(file, entry.bytes, ErrorCode::kVerification);
   } catch (const Error& e) {
     if (e.code() != ErrorCode::kVerification) throw;
-    damaged(fs::is_regular_file(file) ? "the file has grown"
-                                      : "the file is missing (newer revisions may have replaced it: open the map again)");
+    damaged(fs::is_regular_file(file)
+                ? "the file has grown"
+                : "the file is missing (newer revisions may have replaced it: open the map again)");
   }
   if (bytes.size() != entry.bytes)
     damaged("file has " + std::to_string(bytes.size()) + " bytes, the manifest says " + std::to_string(entry.bytes));
@@ -166,7 +167,7 @@ std::vector<std::uint8_t> read_shard(const fs::path& folder, const ShardEntry& e
 std::optional<Manifest> read_manifest_of(const fs::path& folder) {
   try {
     return read_manifest(folder);
-  } catch (const std::exception&) {
+  } catch (const Error&) {
     return {};
   }
 }

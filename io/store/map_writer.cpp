@@ -43,13 +43,14 @@ class FolderWriter final : public MapWriter {
 
   ~FolderWriter() override {
     staged_.clear();
-    if (rank_ == 0) {
-      if (!published_) give_up();
-      return;
+    if (published_) return;
+    try {
+      // As long as rank 0 lives, it has the lock and cares for what every rank has written.
+      std::optional<Descriptor> lock;
+      if (rank_ != 0) lock = share_unlocked_folder(folder_);
+      if (rank_ == 0 || lock) give_up();
+    } catch (const std::exception&) {  // the next build tidies up
     }
-    // As long as rank 0 lives, it has the lock and cares for what every rank has written.
-    const auto lock = share_unlocked_folder(folder_);
-    if (lock) give_up();
   }
 
   std::uint64_t revision() const override { return revision_; }

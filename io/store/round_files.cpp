@@ -138,24 +138,24 @@ std::optional<std::vector<std::uint8_t>> expanded(std::vector<std::uint8_t>&& st
 RoundFiles::RoundFiles(fs::path map_folder, const RoundFilesOptions& options)
     : folder_(std::move(map_folder) / kRoundFolder), options_(options) {
   if (!options.follow && !options.resume) return;
+  std::map<std::pair<int, int>, int> there;  // files, by number and count of ranks
   for (const FileName& name : files_in(folder_)) {
     if (options.follow ? name.revision >= options.revision || name.revision < options.since
                        : name.revision != options.revision)
       continue;
     const fs::path file = folder_ / name.text();
+    const auto index = read_index(file);
+    if (!index) continue;
     // Of later revisions last: they hold what is newest.
-    for (const Block& block : read_index(file).value_or(std::vector<Block>()))
-      known_[name.number][block.tile] = {file, block};
-    if (options.resume) interrupted_.try_emplace(name.number, name.ranks).first->second -= 1;
+    for (const Block& block : *index) known_[name.number][block.tile] = {file, block};
+    // The build may have been taken up before, with more or fewer ranks.
+    if (options.resume && ++there[{name.number, name.ranks}] == name.ranks) interrupted_.insert(name.number);
   }
 }
 
 RoundFiles::~RoundFiles() = default;
 
-bool RoundFiles::interrupted_after(int number) const {
-  const auto it = interrupted_.find(number);
-  return !options_.follow && it != interrupted_.end() && it->second == 0;
-}
+bool RoundFiles::interrupted_after(int number) const { return !options_.follow && interrupted_.contains(number); }
 
 bool RoundFiles::time_to_save() const {
   const auto now = std::chrono::steady_clock::now();
@@ -262,7 +262,7 @@ void prune_round_files(const fs::path& map_folder, std::uint64_t revision, std::
   for (const FileName& name : files) {
     bool wanted = false;
     if (since > 0 && name.revision >= since && name.revision <= revision)
-      for (const Block& block : read_index(folder / name.text()).value_or(std::vector<Block>()))
+      for (const Block& block : read_index(folder / name.text()).value_or(std::vector<Block>{}))
         wanted |= held.insert({name.number, block.tile}).second;
     if (!wanted) fs::remove(folder / name.text(), ignored);
   }

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <unordered_map>
 
@@ -61,8 +62,8 @@ class RoundFiles final : public RoundMemory {
   std::filesystem::path folder_;
   RoundFilesOptions options_;
   std::map<int, std::map<TileId, Place>> known_;
-  std::map<int, int> interrupted_;  // by number: how many ranks' files are missing
-  mutable std::mutex mutex_;        // guards what follows
+  std::set<int> interrupted_;  // numbers of which every rank's file is there
+  mutable std::mutex mutex_;   // guards what follows
   std::map<int, Writing> writing_;
   mutable std::chrono::steady_clock::time_point last_saved_ = std::chrono::steady_clock::now();
 };

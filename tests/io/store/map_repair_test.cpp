@@ -114,8 +114,7 @@ TEST_F(RepairedMap, EqualValuesInOtherBytesMakeANewRevision) {
   EXPECT_EQ(repaired.info.revision, manifest.info.revision + 1);
   EXPECT_EQ(repaired.info.digest, manifest.info.digest);
   EXPECT_EQ(repaired.shards[0].file, manifest.shards[0].file);
-  EXPECT_FALSE(fs::exists(old_file));
-  EXPECT_EQ(files_in(folder_ / "shards").size(), others);
+  EXPECT_EQ(files_in(folder_ / "shards").size(), others + 1);  // the old one until the next publish
   EXPECT_TRUE(check().problems.empty());
 }
 

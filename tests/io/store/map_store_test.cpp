@@ -118,13 +118,14 @@ TEST(MapStore, ASecondBuildReplacesTheFirst) {
   const Tiles second = made_tiles(layout, {10, 10, 90, 90}, hilly_tile);
   write_map(folder, layout, first);
 
-  const auto writer = MapWriter::create(folder, layout);
+  auto writer = MapWriter::create(folder, layout);
   for (const auto& [id, tile] : second) writer->put(id, TerrainTile(tile));
   const auto entries = writer->finish();
   const auto old = MapReader::open(folder), slow = MapReader::open(folder);
   EXPECT_EQ(old->info().revision, 1u);
   EXPECT_EQ(digest(*old->load({0, 0})), digest(first.at({0, 0})));
   writer->publish({}, {entries});
+  writer.reset();
 
   const auto map = MapReader::open(folder);
   EXPECT_EQ(map->info().revision, 2u);
