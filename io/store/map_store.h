@@ -19,9 +19,9 @@ struct InputRecord {
   std::string name;
   std::uint64_t points = 0;
   std::uint64_t bytes = 0;
-  std::string path = {};         // from the map's folder, or absolute; empty in maps of older programs
-  std::string content = {};      // what its bytes are: content_print()
-  std::int64_t changed_ns = 0;   // when it was last written to, since 1970; not stored
+  std::string path = {};        // from the map's folder, or absolute; empty in maps of older programs
+  std::string content = {};     // what its bytes are: content_print()
+  std::int64_t changed_ns = 0;  // when it was last written to, since 1970; not stored
 };
 
 struct TrajectoryRecord {
@@ -47,9 +47,9 @@ struct MapInfo {
 // How a writer begins.
 struct WriterOptions {
   int rank = 0;
-  std::string crs;       // WKT or "EPSG:n", georeferences the shards; give the same to publish()
-  std::string identity;  // build_identity() of what is built
-  bool resume = false;   // keep what an interrupted build of the same has committed; else that is removed
+  std::string crs = {};       // WKT or "EPSG:n", georeferences the shards; give the same to publish()
+  std::string identity = {};  // build_identity() of what is built
+  bool resume = false;        // keep what an interrupted build of the same has committed; else that is removed
 };
 
 // Writes one revision of a map. put() is thread-safe: tiles are encoded in the calling thread, only the HDF5 call is
