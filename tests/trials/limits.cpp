@@ -144,10 +144,10 @@ class Trial {
   Files before_;
 };
 
-int run_trial(std::size_t steps, unsigned seed) {
+int run_trial(std::size_t steps, std::size_t allocations, unsigned seed) {
   Trial trial(seed);
   trial.steps("bytes of memory", "BTMS_LIMIT_AS", 0, std::uint64_t{512} << 20, "memory", steps);
-  trial.allocations(steps * 2);
+  trial.allocations(allocations);
   trial.steps("bytes a file", "BTMS_LIMIT_FSIZE", 8192, std::uint64_t{1} << 20, "ulimit -f", steps / 2);
   trial.steps("open files", "BTMS_LIMIT_NOFILE", 3, 40, "ulimit -n", steps / 2);
   trial.small_disks();
@@ -161,12 +161,15 @@ int run_trial(std::size_t steps, unsigned seed) {
 int main(int argc, char** argv) {
   CLI::App app("Too little memory, disk, file size or open files: a message and exit status 1");
   std::size_t steps = 40;
+  std::size_t allocations = 0;
   unsigned seed = 1;
   app.add_option("steps", steps, "From too little for anything to enough");
+  // The C++ library lists folders without letting std::bad_alloc out: there a single lost allocation ends the program.
+  app.add_option("--allocations", allocations, "Let so many single allocations of each command fail, too");
   app.add_option("--seed", seed, "Other allocations that fail");
   CLI11_PARSE(app, argc, argv);
   try {
-    return btms::test::run_trial(steps, seed);
+    return btms::test::run_trial(steps, allocations, seed);
   } catch (const std::exception& error) {
     std::printf("BAD %s\n", error.what());
     return 1;
