@@ -300,7 +300,8 @@ void above_pass(const PassContext& context, const OrderedPoints& points, const R
       v = now;
     }
   overturned.share(context.ranks);
-  add(listed, within(table, overturned, 0));
+  finished.overturned = within(table, overturned, 0);
+  add(listed, finished.overturned);
   for (std::size_t i = 0; i < n; ++i) unlinked[i] = listed[i] && !link_tiles[i];
   fetch(unlinked);
   link(unlinked);

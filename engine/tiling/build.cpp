@@ -154,8 +154,11 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
     watch.lap("above", summary.phases);
     summary.components = built.components.all;
     summary.components_kept = built.components.kept;
+    TileSet in_reach = within(built.table, built.bound, 0);
+    add(in_reach, finished.overturned);
+    add(built.worked_on, finished.overturned);
     summary.tiles_recomputed = count(built.worked_on);
-    summary.tiles_in_reach = count(within(built.table, built.bound, 0));
+    summary.tiles_in_reach = count(in_reach);
     if (options.layers) layer_pass(context, finished);
     watch.lap("layers", summary.phases);
     commit(context, std::move(finished), tiles, summary);

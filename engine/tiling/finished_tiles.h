@@ -11,9 +11,10 @@ class FinalTiles {
  public:
   // `made`: the tiles in `tiles` that have been made. `before`: of the map that the build follows, or nullptr.
   FinalTiles(FinishedTiles&& tiles, TileSet&& made, const TileSource* before)
-      : values(std::move(tiles)), made_(std::move(made)), here_(made_), before_(before) {}
+      : values(std::move(tiles)), overturned(made.size()), made_(std::move(made)), here_(made_), before_(before) {}
 
   FinishedTiles values;
+  TileSet overturned;  // tiles not made anew that hold a further surface with another verdict than before
 
   const TileSet& made() const { return made_; }
   bool is_here(std::size_t i) const { return here_[i] != 0; }
