@@ -21,18 +21,22 @@ fit-halo|engine/tiling/build.cpp|s/exchange_halo(table, nodes, kFitHalo, /exchan
 moments-in-double|engine/terrain/lane_moments.h|s/^  Sum n{}, x{}, /  Lanes metres_x{};\n&/; s/^    x += kx;/&\n    metres_x += (keep ? px : Lanes{}) * 1e-3;/; s/^  const Lanes n = to_lanes(m.n), scale/  const_cast<Moments<Sum>\&>(m).x = lanes_to<Sum>(m.metres_x * 1e3);\n&/
 kernel-sum-in-doubles|engine/terrain/completion.cpp|s/^    z += lanes_to<Sum>(k) \* /    plain_k += kernel_polynomial(t) * to_lanes_within(d9 < reach9);\n    plain_z += kernel_polynomial(t) * to_lanes_within(d9 < reach9) * terms.at(Terms::kZ, i);\n&/; s/^  Sum support{}, z{}, /  Lanes plain_k{}, plain_z{};\n&/; s/^  m.normal = {total(nx)/  m.plain_z = total(plain_z) \/ total(plain_k);\n&/; s/^  std::int64_t support = 0, z = 0;/&\n  double plain_z = 0;/; s/static_cast<double>(means.z) \/ support/means.plain_z/; s/^BTMS_INLINE Lanes round_lanes/BTMS_INLINE Lanes to_lanes_within(const LongLanes\& m) { return m ? Lanes{} + 1.0 : Lanes{}; }\n&/
 candidate-dropped|engine/tiling/neighbour_index.cpp|s/for (const auto& \[i, distance2\] : found_) squares/if (!found_.empty()) found_.pop_back();\n    &/
-level-link-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, kLinkHalo, /exchange_halo(table, nodes, kLinkHalo - 1, /
-level-complete-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes, rules.completion_halo(), /exchange_halo(table, nodes, rules.completion_halo() - 1, /
+level-link-halo|engine/tiling/level_link.cpp|s/exchange_halo(context.table, nodes, kLinkHalo, /exchange_halo(context.table, nodes, kLinkHalo - 1, /
+level-complete-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, nodes.fields, rules.completion_halo(), /exchange_halo(table, nodes.fields, rules.completion_halo() - 1, /
 level-corner-halo|engine/tiling/level_build.cpp|s/exchange_halo(table, completed, kFitHalo, /exchange_halo(table, completed, kFitHalo - 1, /
-scatter-halo|engine/tiling/level_scatter.cpp|s/exchange_halo(coarsest, fields, kScatterHalo, /exchange_halo(coarsest, fields, kScatterHalo - 1, /
-layer-step-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, corners, kStepHalo, /exchange_halo(context.table, corners, kStepHalo - 1, /
-layer-cost-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(context.table, costs, cost_halo, /exchange_halo(context.table, costs, cost_halo - 1, /
+scatter-halo|engine/tiling/level_scatter.cpp|s/exchange_halo(coarsest, out.fields, kScatterHalo, /exchange_halo(coarsest, out.fields, kScatterHalo - 1, /
+layer-step-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(table, corners, kStepHalo, /exchange_halo(table, corners, kStepHalo - 1, /
+layer-cost-halo|engine/tiling/layer_pass.cpp|s/exchange_halo(table, costs, vehicle.rings(), /exchange_halo(table, costs, vehicle.rings() - 1, /
 sheet-halo|engine/tiling/above_pass.cpp|0,/exchange_halo(table, sheets, kLinkHalo, /s//exchange_halo(table, sheets, kLinkHalo - 1, /
 sheet-components-not-merged|engine/tiling/above_pass.cpp|s/gather_all(context.ranks, joined, &TileSheets::links))/{})/
 sheet-joints-of-one-tile|engine/tiling/above_pass.cpp|s/^    to.joints += s.joints;/    to.joints = s.joints;/
 span-halo|engine/tiling/span_pass.cpp|s/exchange_halo(context.table, heights, span.halo(), /exchange_halo(context.table, heights, span.halo() \/ 3, /
 visiting-order|engine/tiling/link_pass.cpp|s/nodes_[[]merged_.root(c.id)[]] += c.nodes/nodes_[merged_.root(c.id)] = c.nodes/
 parked-unwritten|engine/tiling/link_pass.cpp|s/"merge", {writes(nodes), /"merge", {reads(nodes), /
+update-far-verdicts|engine/tiling/level_link.cpp|s/(known\[i\].rejected\[k\] != 0)) far/(known[i].rejected[k] != 0) \&\& false) far/
+update-reach|engine/tiling/level_build.cpp|s/TileSet wanted = within(table, completed_anew, kFitHalo)/TileSet wanted = within(table, completed_anew, 0)/
+update-forgets-nothing|engine/tiling/touched.cpp|s/if (records.follow()) records.forget(tiles\[i\].id);//
+update-far-bridges|engine/tiling/above_pass.cpp|s/if (!join_tiles\[i\] \&\& now != v) overturned/if (false) overturned/
 lowest-by-order|engine/tiling/ordered_points.cpp|s/^    lowest = std::min(lowest, points.z_mm\[i\]/    if (lowest >> 32 > points.z_mm[i]) lowest = std::min(lowest, points.z_mm[i]/
 TABLE
 }
