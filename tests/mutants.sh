@@ -35,7 +35,6 @@ visiting-order|engine/tiling/link_pass.cpp|s/nodes_[[]merged_.root(c.id)[]] += c
 parked-unwritten|engine/tiling/link_pass.cpp|s/"merge", {writes(nodes), /"merge", {reads(nodes), /
 update-far-verdicts|engine/tiling/level_link.cpp|s/(known\[i\].rejected\[k\] != 0)) far/(known[i].rejected[k] != 0) \&\& false) far/
 update-reach|engine/tiling/level_build.cpp|s/TileSet wanted = within(table, completed_anew, kFitHalo)/TileSet wanted = within(table, completed_anew, 0)/
-update-forgets-nothing|engine/tiling/touched.cpp|s/if (records.follow()) records.forget(tiles\[i\].id);//
 update-far-bridges|engine/tiling/above_pass.cpp|s/if (!join_tiles\[i\] \&\& now != v) overturned/if (false) overturned/
 lowest-by-order|engine/tiling/ordered_points.cpp|s/^    lowest = std::min(lowest, points.z_mm\[i\]/    if (lowest >> 32 > points.z_mm[i]) lowest = std::min(lowest, points.z_mm[i]/
 TABLE

@@ -191,6 +191,77 @@ TEST(UpdateInvariance, OfBridges) {
                   {"the rest goes", [&](Cloud& c) { c = without_deck; }}});
 }
 
+// 0.5 m apart, rising from z0 to z1 along x.
+void add_plane(Cloud& c, std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1, std::int64_t z0,
+               std::int64_t z1) {
+  for (std::int64_t y = y0 + 100; y < y1; y += 500)
+    for (std::int64_t x = x0 + 100; x < x1; x += 500)
+      c.push_back({x, y, static_cast<std::int32_t>(z0 + (z1 - z0) * (x - x0) / (x1 - x0))});
+}
+
+// Nodes beyond x with a state, or a further surface of a kind.
+std::size_t observed_beyond(const MemoryMap& map, std::int64_t x_mm) {
+  std::size_t n = 0;
+  for (const TileId id : map.tiles()) {
+    const auto tile = map.load(id);
+    for (std::int32_t row = tile->box.row0; row < tile->box.row1; ++row)
+      for (std::int32_t col =
+               static_cast<std::int32_t>(std::max<std::int64_t>(tile->box.col0, x_mm / tile->resolution_mm));
+           col < tile->box.col1; ++col)
+        for (std::uint8_t t = 0; t < kTriangles; ++t)
+          n += tile->nodes[tile->node_index({{col, row}, t})].state == NodeState::kObserved;
+  }
+  return n;
+}
+std::size_t reachable(const MemoryMap& map) {
+  std::size_t n = 0;
+  for (const TileId id : map.tiles())
+    for (const UpperNode& u : map.load(id)->upper) n += u.kind == UpperKind::kReachable;
+  return n;
+}
+
+// A plateau with a wall towards the only ground beside it is no terrain; a ramp at its end makes all of it terrain.
+TEST(UpdateInvariance, OfAPlateauThatARampJoinsToTheGround) {
+  Cloud ground, plateau;  // the ground is the larger one: beside a pit nothing is a roof
+  add_plane(ground, 0, -100'000, 60'000, 0, 0, 0);
+  add_plane(ground, 0, 24'000, 60'000, 124'000, 0, 0);
+  add_plane(plateau, 60'000, 0, 320'000, 24'000, 6'000, 6'000);
+  plateau.insert(plateau.end(), ground.begin(), ground.end());
+  Cloud walled = plateau, joined = plateau;
+  add_plane(walled, 0, 0, 60'000, 24'000, 0, 0);
+  add_plane(joined, 0, 0, 30'000, 24'000, 0, 0);
+  add_plane(joined, 30'000, 0, 60'000, 24'000, 0, 6'000);
+  const Parameters p = levels_of_city(4);
+  ASSERT_NE(observed_beyond(build_plain(walled, p, 1), 200'000), observed_beyond(build_plain(joined, p, 1), 200'000))
+      << "the verdict on the far end of the plateau should change";
+  for (const std::int32_t tile : {1, 3})
+    follow_edits(p, walled, tile,
+                 {{"a ramp", [&](Cloud& c) { c = joined; }}, {"a wall", [&](Cloud& c) { c = walled; }}});
+}
+
+// The ends of a bridge decide about its middle.
+TEST(UpdateInvariance, OfABridgeThatGetsItsEnds) {
+  Cloud valley;
+  add_plane(valley, 0, 0, 100'000, 90'000, 6'000, 6'000);
+  add_plane(valley, 100'000, 30'000, 109'000, 60'000, 6'000, 0);
+  add_plane(valley, 100'000, 60'000, 130'000, 90'000, 6'000, 0);
+  add_plane(valley, 109'000, 30'000, 391'000, 60'000, 0, 0);
+  add_plane(valley, 130'000, 60'000, 370'000, 90'000, 0, 0);
+  add_plane(valley, 391'000, 30'000, 400'000, 60'000, 0, 6'000);
+  add_plane(valley, 370'000, 60'000, 400'000, 90'000, 0, 6'000);
+  add_plane(valley, 400'000, 0, 500'000, 90'000, 6'000, 6'000);
+  add_plane(valley, 120'000, 39'000, 380'000, 51'000, 6'000, 6'000);
+  Cloud ended = valley;
+  add_plane(ended, 99'000, 39'000, 120'000, 51'000, 6'000, 6'000);
+  add_plane(ended, 380'000, 39'000, 401'000, 51'000, 6'000, 6'000);
+  const Parameters p = levels_of_city(4);
+  ASSERT_EQ(reachable(build_plain(valley, p, 1)), 0u);
+  ASSERT_GT(reachable(build_plain(ended, p, 1)), 500u);
+  for (const std::int32_t tile : {1, 3})
+    follow_edits(p, valley, tile,
+                 {{"both ends", [&](Cloud& c) { c = ended; }}, {"no ends", [&](Cloud& c) { c = valley; }}});
+}
+
 TEST(UpdateInvariance, OfAScannersMap) {
   Parameters p = preset("partial-map");
   p.resolution_m = 0.2;
