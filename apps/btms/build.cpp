@@ -21,6 +21,7 @@
 #include "engine/error.h"
 #include "engine/model/surface.h"
 #include "io/export/relief.h"
+#include "io/files/content_print.h"
 #include "io/points/trajectory.h"
 #include "io/store/journal.h"
 #include "io/store/map_store.h"
@@ -77,7 +78,7 @@ std::optional<std::int32_t> parse_tile_cells(const std::string& text) {
 // What every rank runs: builds its share, writes its shards; rank 0 publishes.
 // Returns the summary, the same on every rank.
 BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, BuildOptions options, MapInfo info,
-                        const Continuation& going_on, const Executor& executor, Ranks& ranks) {
+                        const Continuation& going_on, const Executor& executor, Ranks& ranks, bool& at_work) {
   std::vector<const PointSource*> sources;
   for (const auto& file : files) sources.push_back(file.get());
   const auto threads =
@@ -92,6 +93,7 @@ BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, Bu
                                      .resume = going_on.resume,
                                      .keep_all = going_on.since > 0,
                                      .since = going_on.since,
+                                     .files = going_on.round_files,
                                      .checkpoint_every_s = command.checkpoint_every_s});
   std::unique_ptr<MapReader> before;
   if (going_on.follow) before = MapReader::open(command.output);
@@ -102,6 +104,7 @@ BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, Bu
     writer = MapWriter::create(
         command.output, layout,
         {.rank = ranks.rank(), .crs = info.crs_wkt, .identity = build_identity(info), .resume = going_on.resume});
+    at_work = ranks.rank() == 0;
     if (writer->revision() != going_on.revision)
       throw Error(ErrorCode::kFailed, "another build has replaced the map meanwhile; start again", command.output);
     return *writer;
@@ -119,6 +122,7 @@ BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, Bu
     info.points = summary.points;
     info.dropped = summary.not_finite + summary.out_of_range + summary.strays;
     writer->publish(info, entries);
+    at_work = false;
   }
   ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size())));  // no rank ends before the map is there
   return summary;
@@ -157,13 +161,21 @@ int run_build(const BuildCommand& command) {
   if (command.inputs.empty() && !command.continuation.update)
     throw Error(ErrorCode::kUsage, "no INPUT: name point files, folders or globs");
   InputList list = expand_inputs(command.inputs);
+  MapInfo info;
+  std::string crs = command.crs;
   if (command.continuation.update) {
     const MapInfo map = open_map(command.output)->info();
     list = updated_inputs(map, command.output, command.continuation, list);
     follow_parameters(map, command.parameters, choice);
-    if (map.trajectory.has_value() != !command.trajectory.empty())
-      throw Error(ErrorCode::kUsage, "an update needs the --trajectory that the map was built with, and no other",
+    const std::string trajectory = command.trajectory.empty() ? "" : content_print(command.trajectory).text;
+    if (trajectory != (map.trajectory ? map.trajectory->content : ""))
+      throw Error(ErrorCode::kUsage,
+                  "an update needs the very --trajectory that the map was built with; with another one build it anew",
                   command.output);
+    if (command.tile_cells != "auto")
+      throw Error(ErrorCode::kUsage, "an update keeps the tiles of the map; leave out --tile-cells, or build it anew");
+    crs = command.crs.empty() ? map.crs_wkt : command.crs;
+    info.follows = map.revision;
     options.parameters = choice.parameters;
     options.tile_cells =
         map.layout.grid.origin == Cell{} ? map.layout.grid.edge_cells >> (level_count(choice.parameters) - 1) : 0;
@@ -175,11 +187,10 @@ int run_build(const BuildCommand& command) {
     check_picture(command.picture, command.output, read);
   }
   const PictureLayer& layer = picture_layer(command.layer);
-  MapInfo info;
   if (!command.trajectory.empty()) {
     options.trajectory = read_trajectory(command.trajectory);
     info.trajectory = {fs::path(command.trajectory).filename().string(), options.trajectory.size(),
-                       fs::file_size(command.trajectory)};
+                       fs::file_size(command.trajectory), content_print(command.trajectory).text};
   }
   info.parameters = choice.parameters;
   info.preset = choice.preset;
@@ -189,7 +200,7 @@ int run_build(const BuildCommand& command) {
   log_warnings(list, files);
   report.warnings = list.warnings;
   const std::size_t logged = report.warnings.size();
-  info.crs_wkt = agreed_crs(files, command.crs, report.warnings);
+  info.crs_wkt = agreed_crs(files, crs, report.warnings);
   for (std::size_t i = logged; i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
   for (const auto& file : files) {
     info.inputs.push_back(input_record(*file, command.output));
@@ -203,7 +214,8 @@ int run_build(const BuildCommand& command) {
   }
 
   info.layout.grid.edge_cells = tile_cells(options) << (level_count(options.parameters) - 1);
-  info.updatable_since = command.continuation.updatable || command.continuation.update;
+  info.updatable_since = options.parameters.method == Method::kCoarseToFine &&
+                         (command.continuation.updatable || command.continuation.update);
   const Continuation going_on = continuation(command.output, info, command.continuation);
   if (going_on.finished) {
     spdlog::info("the map is finished already, nothing to do");
@@ -212,8 +224,9 @@ int run_build(const BuildCommand& command) {
   }
   watch_stop_signals();
   const auto begun = std::chrono::steady_clock::now();
+  bool at_work = false;  // rank 0 has a writer that has not published yet
   const auto body = [&](Ranks& ranks) {
-    BuildSummary summary = build_rank(command, files, options, info, going_on, executor, ranks);
+    BuildSummary summary = build_rank(command, files, options, info, going_on, executor, ranks, at_work);
     if (ranks.rank() == 0) report.summary = std::move(summary);
   };
   try {
@@ -222,7 +235,7 @@ int run_build(const BuildCommand& command) {
     else
       body(*single_rank());
   } catch (const Error&) {
-    if (read_journals(command.output))
+    if (at_work && read_journals(command.output))
       spdlog::warn("what is done stays in {}: the same command with --resume goes on from there", command.output);
     throw;
   }

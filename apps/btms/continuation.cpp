@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "engine/error.h"
 #include "io/files/content_print.h"
@@ -19,6 +20,18 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return fs::equivalent(a, b, ignored);
 }
 
+bool same_bytes(const fs::path& a, const fs::path& b) {
+  if (fs::file_size(a) != fs::file_size(b) || content_print(a).text != content_print(b).text) return false;
+  std::ifstream one(a, std::ios::binary), other(b, std::ios::binary);
+  std::vector<char> x(1 << 20), y(1 << 20);
+  while (one && other) {
+    one.read(x.data(), static_cast<std::streamsize>(x.size()));
+    other.read(y.data(), static_cast<std::streamsize>(y.size()));
+    if (one.gcount() != other.gcount() || !std::equal(x.begin(), x.begin() + one.gcount(), y.begin())) return false;
+  }
+  return one.eof() && other.eof();
+}
+
 // What is no part of a finished map's own description.
 MapInfo as_stored(MapInfo info) {
   for (InputRecord& in : info.inputs) in.changed_ns = 0;
@@ -32,6 +45,10 @@ InputList updated_inputs(const MapInfo& map, const fs::path& folder, const Conti
   InputList out;
   out.warnings = added.warnings;
   std::vector<std::string> unknown = request.removed;
+  for (const std::string& name : request.removed)
+    if (std::count_if(map.inputs.begin(), map.inputs.end(), [&](const InputRecord& in) { return in.name == name; }) > 1)
+      throw Error(ErrorCode::kUsage, "--remove " + name + ": the map has several inputs of this name; build it anew",
+                  folder.string());
   for (const InputRecord& in : map.inputs) {
     if (std::find(request.removed.begin(), request.removed.end(), in.name) != request.removed.end()) {
       std::erase(unknown, in.name);
@@ -54,10 +71,7 @@ InputList updated_inputs(const MapInfo& map, const fs::path& folder, const Conti
   if (!unknown.empty())
     throw Error(ErrorCode::kUsage, "--remove " + unknown[0] + ": the map has no input of this name", folder.string());
   for (const fs::path& path : added.paths) {
-    const auto there = [&](const fs::path& p) {
-      return same_file(p, path) ||
-             (fs::file_size(p) == fs::file_size(path) && content_print(p).text == content_print(path).text);
-    };
+    const auto there = [&](const fs::path& p) { return same_file(p, path) || same_bytes(p, path); };
     if (std::any_of(out.paths.begin(), out.paths.end(), there))
       out.warnings.push_back(path.filename().string() + " is in the map already");
     else
@@ -96,10 +110,14 @@ Continuation continuation(const fs::path& folder, const MapInfo& wanted, const C
     const MapInfo& map = published->info;
     out.follow = map.updatable_since > 0 && map.layout.grid.edge_cells == wanted.layout.grid.edge_cells &&
                  map.layout.grid.origin == Cell{} && map.crs_wkt == wanted.crs_wkt;
-    if (out.follow)
+    if (out.follow) {
       out.since = map.updatable_since;
-    else
-      spdlog::warn("this map doesn't remember its rounds: all of it is worked out once more, and from then on it does");
+      out.round_files = map.round_files;
+    } else {
+      spdlog::warn("all of the map is worked out once more: {}",
+                   map.updatable_since == 0 ? "it doesn't remember its rounds yet"
+                                            : "its tiles or its reference system are others now");
+    }
   }
   if (!request.resume) return out;
 

@@ -137,6 +137,8 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   bins.redistribute(ranks, [&](BinId bin) { return table.owner_of(bin); });
   summary.layout = finest_layout(table, levels);
   TileSink& tiles = sink(summary.layout);
+  // Rank 0 tidies up what is there when it makes its sink: nobody saves or puts anything before.
+  ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size())));
 
   if (coarse_to_fine) {
     std::optional<OrderedPoints> points(std::in_place, std::move(bins), grid, table, threads, pager, progress);

@@ -35,8 +35,12 @@ int rounds_before(const Parameters& p, int level) {
 int first_level(const Parameters& p, const Records& records, Ranks& ranks) {
   std::int64_t level = 0;
   if (records.memory())
-    for (int l = 1; l < level_count(p); ++l)
-      if (records.memory()->interrupted_after(record_number(rounds_before(p, l) - 1, Step::kSurface))) level = l;
+    for (int l = 1; l < level_count(p); ++l) {
+      bool whole = records.memory()->interrupted_after(record_number(rounds_before(p, l) - 1, Step::kSurface));
+      for (int k = 1; k < l; ++k)
+        whole = whole && records.memory()->interrupted_after(record_number(rounds_before(p, k), Step::kMisfit));
+      if (whole) level = l;
+    }
   for (const std::int64_t other : ranks.gather(std::vector<std::int64_t>{level})) level = std::min(level, other);
   return static_cast<int>(level);
 }

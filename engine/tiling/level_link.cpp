@@ -406,6 +406,7 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
       std::vector<std::uint8_t> of_nodes;
       records.recall(record_number(round, Step::kVerdicts), tiles[i].id, tiles[i].box, known[i].ids, known[i].rejected,
                      of_nodes);
+      records.require(known[i].rejected.size() == known[i].ids.size(), tiles[i].id);
     });
   }
 

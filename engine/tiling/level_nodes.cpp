@@ -47,8 +47,9 @@ void LevelNodes::fetch(std::size_t i) {
   std::vector<std::uint8_t> verdicts;
   records_.recall(record_number(round_, Step::kVerdicts), tile.id, tile.box, ids, verdicts, rejected_before_[i]);
   create(i);
-  kept.resize(static_cast<std::size_t>(tile.box.cells()) * kTriangles);
-  rejected_before_[i].resize(kept.size());
+  records_.require(kept.size() == static_cast<std::size_t>(tile.box.cells()) * kTriangles &&
+                       rejected_before_[i].size() == kept.size(),
+                   tile.id);
   for_each_inner(fields[i], [&](std::size_t at, std::size_t k, Cell) {
     std::copy_n(kept.begin() + static_cast<std::ptrdiff_t>(k), kTriangles,
                 fields[i].values().begin() + static_cast<std::ptrdiff_t>(at));

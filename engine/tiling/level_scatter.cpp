@@ -42,7 +42,7 @@ Measured settle(const PassContext& context, const TileTable& coarsest, ScatterFi
     std::vector<GroundScatter> kept;
     if (!measuring.anew[i]) {
       records.recall(measuring.number, tile.id, tile.box, kept);
-      kept.resize(static_cast<std::size_t>(tile.box.cells()));
+      records.require(kept.size() == static_cast<std::size_t>(tile.box.cells()), tile.id);
       std::size_t k = 0;
       for_each_cell(tile.box, [&](Cell c) { *field.cell(c) = kept[k++]; });
       return;

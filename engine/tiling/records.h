@@ -1,7 +1,6 @@
 // The records of a build's rounds, read and written by what they hold.
 #pragma once
 
-#include <mutex>
 #include <set>
 #include <utility>
 
@@ -27,11 +26,8 @@ class Records {
   bool follow() const { return memory_ && memory_->follows(); }
   bool keep() const { return memory_ && memory_->keeps_all(); }
   RoundMemory* memory() const { return memory_; }
-  // The map that is followed doesn't have this tile, whatever is left of one. Before anything is loaded.
-  void forget(TileId tile) {
-    const std::lock_guard lock(mutex_);
-    unknown_.insert(tile);
-  }
+  // The map that is followed doesn't have this tile, whatever is left of one. Not while anything is loaded.
+  void forget(TileId tile) { unknown_.insert(tile); }
 
   // False where the build before had no such tile, or another part of it.
   template <class... T>
@@ -41,7 +37,11 @@ class Records {
   // What has to be there. Throws Error(kVerification) when it isn't.
   template <class... T>
   void recall(int number, TileId tile, const CellBox& box, std::vector<T>&... lists) const {
-    if (!load(number, tile, box, lists...))
+    require(load(number, tile, box, lists...), tile);
+  }
+  // Throws Error(kVerification) unless what has been loaded of the tile is sound.
+  void require(bool sound, TileId tile) const {
+    if (!sound)
       throw Error(ErrorCode::kVerification, "what the map remembers of tile " + std::to_string(tile.tx) + "," +
                                                 std::to_string(tile.ty) +
                                                 " is damaged: build the map anew, without --update or --resume");
@@ -61,7 +61,6 @@ class Records {
 
  private:
   RoundMemory* memory_;
-  std::mutex mutex_;  // while tiles are being forgotten
   std::set<TileId> unknown_;
 };
 

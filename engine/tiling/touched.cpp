@@ -3,6 +3,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <mutex>
 #include <tuple>
 
@@ -52,13 +53,14 @@ Changes touched_cells(const PassContext& context, const OrderedPoints& points, R
                         prints[i].push_back(print);
                       });
   Changes out(tiles.size());
+  TileSet unknown(tiles.size());
   context.for_each_tile("compare", {}, [&](std::size_t i, int) {
     std::vector<BinPrint>& now = prints[i];
     std::sort(now.begin(), now.end(), before);
     std::vector<BinPrint> then;
     if (!records.follow() || !records.load(number, tiles[i].id, tiles[i].box, then)) {
       out.boxes[i] = tiles[i].box;
-      if (records.follow()) records.forget(tiles[i].id);
+      unknown[i] = records.follow();
     } else {
       const auto touch = [&](const BinPrint& p) {
         out.boxes[i] = out.boxes[i].hull({p.bin.bx, p.bin.by, p.bin.bx + 1, p.bin.by + 1});
@@ -76,11 +78,18 @@ Changes touched_cells(const PassContext& context, const OrderedPoints& points, R
     }
     if (!out.boxes[i].empty()) records.save(number, tiles[i].id, tiles[i].box, now);
   });
+  for (std::size_t i = 0; i < unknown.size(); ++i)
+    if (unknown[i]) records.forget(tiles[i].id);
   if (records.follow())
     for (const TileId id : records.memory()->tiles(number)) {
       const std::int32_t i = context.table.index_of(id);
       const auto record = records.memory()->load(number, id);
+      constexpr std::int32_t kMost = 1 << 24;  // of cells of the coarsest level, in either direction
       const CellBox box = record ? record_box(*record) : CellBox{};
+      if (!record || std::max(std::abs(box.col0), std::abs(box.col1)) > kMost ||
+          std::max(std::abs(box.row0), std::abs(box.row1)) > kMost)
+        throw Error(ErrorCode::kVerification,
+                    "what the map remembers of its points is damaged: build the map anew, without --update");
       if (i >= 0 && box == tiles[static_cast<std::size_t>(i)].box) continue;
       out.gone.push_back(box);
       // An empty record: there is no such tile any more.

@@ -70,8 +70,9 @@ std::string build_identity(const MapInfo& info) {
            {"reference system", info.crs_wkt},
            {"tile edge", info.layout.grid.edge_cells},
            {"schema", kSchemaVersion},
-           {"updatable", info.updatable_since > 0}};
-  if (info.trajectory) out["trajectory"] = {info.trajectory->name, info.trajectory->bytes};
+           {"updatable", info.updatable_since > 0},
+           {"updated revision", info.follows}};
+  if (info.trajectory) out["trajectory"] = {info.trajectory->name, info.trajectory->bytes, info.trajectory->content};
   return json_line(out);
 }
 
@@ -80,7 +81,8 @@ std::string identity_difference(const std::string& a, const std::string& b) {
   const Json one = a.empty() ? Json::object() : parse(a), other = b.empty() ? Json::object() : parse(b);
   std::string names;
   const auto note = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
-  for (const char* name : {"inputs", "reference system", "tile edge", "trajectory", "updatable", "schema"})
+  for (const char* name :
+       {"inputs", "reference system", "tile edge", "trajectory", "updatable", "updated revision", "schema"})
     if (one.value(name, Json()) != other.value(name, Json())) note(name);
   const Json ours = one.value("parameters", Json::object()), theirs = other.value("parameters", Json::object());
   for (const auto& [name, value] : ours.items())

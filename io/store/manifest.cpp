@@ -158,12 +158,18 @@ Manifest parse_head(const Json& root) {
                              static_cast<std::uint64_t>(integer_member(in, "bytes", 0, kMaxInt64)),
                              in.contains("path") ? text_member(in, "path") : std::string(),
                              in.contains("content") ? text_member(in, "content") : std::string()});
-  if (root.contains("updatable_since"))
+  if (root.contains("updatable_since")) {
     m.info.updatable_since = static_cast<std::uint64_t>(integer_member(root, "updatable_since", 1, kMaxInt64));
+    for (const Json& name : array_member(root, "round_files")) {
+      if (!name.is_string() || !is_plain_name(name.get<std::string>())) bad("a file of rounds is no plain name");
+      m.info.round_files.push_back(name.get<std::string>());
+    }
+  }
   if (root.contains("trajectory")) {
     const Json& t = root["trajectory"];
     m.info.trajectory = {text_member(t, "name"), static_cast<std::uint64_t>(integer_member(t, "poses", 0, kMaxInt64)),
-                         static_cast<std::uint64_t>(integer_member(t, "bytes", 0, kMaxInt64))};
+                         static_cast<std::uint64_t>(integer_member(t, "bytes", 0, kMaxInt64)),
+                         t.contains("content") ? text_member(t, "content") : std::string()};
   }
   m.info.digest = digest_member(root, "digest");
   return m;
@@ -219,8 +225,11 @@ std::string manifest_text(const Manifest& m) {
   line("dropped", info.dropped);
   line("inputs", inputs);
   if (const auto& t = info.trajectory)
-    line("trajectory", {{"name", t->name}, {"poses", t->poses}, {"bytes", t->bytes}});
-  if (info.updatable_since > 0) line("updatable_since", info.updatable_since);
+    line("trajectory", {{"name", t->name}, {"poses", t->poses}, {"bytes", t->bytes}, {"content", t->content}});
+  if (info.updatable_since > 0) {
+    line("updatable_since", info.updatable_since);
+    line("round_files", info.round_files);
+  }
   line("digest", info.digest.hex());
   body += ",\n\"shards\":[";
   for (std::size_t i = 0; i < m.shards.size(); ++i)

@@ -8,8 +8,10 @@
 #include "io/files/atomic_file.h"
 #include "io/files/read_file.h"
 #include "io/store/hash.h"
+#include "io/store/journal.h"
 #include "io/store/map_folder.h"
 #include "io/store/publish.h"
+#include "io/store/round_files.h"
 #include "io/store/sandboxed_layers.h"
 #include "io/store/shard_assembly.h"
 #include "io/store/shard_file.h"
@@ -124,6 +126,8 @@ void MapRepair::finish() {
   }
   ++s.manifest.info.revision;
   for (auto& [shard, entry] : s.changed) s.manifest.shards[shard] = std::move(entry);
+  remove_journals(s.folder);  // of a build of this revision that was interrupted: its records are nothing to this map
+  remove_round_files(s.folder, s.manifest.info.revision);
   publish_revision(s.folder, s.manifest, s.crs, [] {});
 }
 

@@ -28,6 +28,7 @@ struct TrajectoryRecord {
   std::string name;
   std::uint64_t poses = 0;
   std::uint64_t bytes = 0;
+  std::string content = {};  // as of an input
 };
 
 // What a map says of itself.
@@ -42,6 +43,8 @@ struct MapInfo {
   std::uint64_t revision = 1;
   std::uint64_t points = 0, dropped = 0;
   std::uint64_t updatable_since = 0;  // the revision from which on the records of the rounds hold; 0: none are kept
+  std::vector<std::string> round_files;  // names of the files that hold them
+  std::uint64_t follows = 0;             // of a build: the revision that it updates; not stored
 };
 
 // How a writer begins.

@@ -35,7 +35,7 @@ class FolderWriter final : public MapWriter {
     if (rank_ != 0) return;
     const auto interrupted = read_journals(folder_);
     if (!options.resume || !interrupted || interrupted->revision != revision_)
-      remove_revision(folder_, revision_);
+      clear_revision();
     else
       refuse_another_build(*interrupted);
     journal_.emplace(folder_, rank_, revision_, identity_);
@@ -94,6 +94,7 @@ class FolderWriter final : public MapWriter {
     if (!m.info.crs_wkt.empty() && (!crs_ || crs_->wkt != m.info.crs_wkt)) crs_ = describe_crs(m.info.crs_wkt);
     m.info.crs_wkt = crs_ ? crs_->wkt : "";
 
+    m.info.round_files = newest_round_files(folder_, revision_, m.info.updatable_since);
     publish_revision(folder_, m, crs_, [this] { published_ = true; });
   }
 
@@ -203,6 +204,16 @@ class FolderWriter final : public MapWriter {
     } catch (const Error&) {
       return nullptr;  // written anew
     }
+  }
+
+  // Nothing that an interrupted build has left may come up under the journal of this one.
+  void clear_revision() const {
+    remove_revision(folder_, revision_);
+    if (has_round_files(folder_, revision_))
+      throw Error(ErrorCode::kFailed, "cannot remove what an interrupted build has left; remove it",
+                  (folder_ / kRoundFolder).string());
+    if (fs::exists(folder_ / kRoundFolder)) sync_folder(folder_ / kRoundFolder);
+    sync_folder(folder_ / kShardFolder);
   }
 
   void refuse_another_build(const Interrupted& interrupted) const {

@@ -139,12 +139,18 @@ RoundFiles::RoundFiles(fs::path map_folder, const RoundFilesOptions& options)
     : folder_(std::move(map_folder) / kRoundFolder), options_(options) {
   if (!options.follow && !options.resume) return;
   std::map<std::pair<int, int>, int> there;  // files, by number and count of ranks
+  for (const std::string& name : options.files)
+    if (!fs::exists(folder_ / name))
+      throw Error(ErrorCode::kVerification, "is missing: build the map anew, without --update",
+                  (folder_ / name).string());
   for (const FileName& name : files_in(folder_)) {
     if (options.follow ? name.revision >= options.revision || name.revision < options.since
                        : name.revision != options.revision)
       continue;
     const fs::path file = folder_ / name.text();
     const auto index = read_index(file);
+    if (!index && options.follow)
+      throw Error(ErrorCode::kVerification, "is damaged: build the map anew, without --update", file.string());
     if (!index) continue;
     // Of later revisions last: they hold what is newest.
     for (const Block& block : *index) known_[name.number][block.tile] = {file, block};
@@ -220,6 +226,7 @@ void RoundFiles::finish(int number) {
   writing.file->write(writing.end + writing.blocks.size() * sizeof(Block),
                       {reinterpret_cast<const std::uint8_t*>(&trailer), sizeof trailer});
   writing.file->place();
+  sync_folder(folder_);
 }
 
 bool has_round_files(const fs::path& map_folder, std::uint64_t revision) {
@@ -252,21 +259,30 @@ std::vector<std::string> damaged_round_files(const fs::path& map_folder, std::ui
   return damaged;
 }
 
-void prune_round_files(const fs::path& map_folder, std::uint64_t revision, std::uint64_t since) {
+std::vector<std::string> newest_round_files(const fs::path& map_folder, std::uint64_t revision, std::uint64_t since) {
   const fs::path folder = map_folder / kRoundFolder;
-  std::error_code ignored;
-  remove_stale_temporaries(folder);
   std::vector<FileName> files = files_in(folder);
   std::reverse(files.begin(), files.end());  // the newest first
   std::set<std::pair<int, TileId>> held;
+  std::vector<std::string> out;
   for (const FileName& name : files) {
     bool wanted = false;
     if (since > 0 && name.revision >= since && name.revision <= revision)
       for (const Block& block : read_index(folder / name.text()).value_or(std::vector<Block>{}))
         wanted |= held.insert({name.number, block.tile}).second;
-    if (!wanted) fs::remove(folder / name.text(), ignored);
+    if (wanted) out.push_back(name.text());
   }
-  fs::remove(folder, ignored);
+  return out;
+}
+
+void prune_round_files(const fs::path& map_folder, std::uint64_t revision, std::uint64_t since) {
+  const fs::path folder = map_folder / kRoundFolder;
+  std::error_code ignored;
+  remove_stale_temporaries(folder);
+  const std::vector<std::string> wanted = newest_round_files(map_folder, revision, since);
+  for (const FileName& name : files_in(folder))
+    if (std::find(wanted.begin(), wanted.end(), name.text()) == wanted.end()) fs::remove(folder / name.text(), ignored);
+  fs::remove(folder, ignored);  // fails while anything is in it
 }
 
 }  // namespace btms

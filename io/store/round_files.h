@@ -25,12 +25,15 @@ struct RoundFilesOptions {
   bool resume = false;  // take up an interrupted build of this revision
   bool keep_all = false;
   std::uint64_t since = 1;  // where it follows: the revision from which on records hold
+  std::vector<std::string> files = {};  // where it follows: those that have to be there
   double checkpoint_every_s = 20;
 };
 
 // Thread-safe. Records of files that are damaged count as missing.
 class RoundFiles final : public RoundMemory {
  public:
+  // Throws Error(kVerification) when a file of the map that is followed is missing or damaged: older records would come
+  // to light again.
   RoundFiles(std::filesystem::path map_folder, const RoundFilesOptions& options);
   ~RoundFiles() override;
 
@@ -75,6 +78,9 @@ void remove_round_files(const std::filesystem::path& map_folder, std::uint64_t r
 // Names of those of the revisions `since` to `revision` whose index or records are damaged.
 std::vector<std::string> damaged_round_files(const std::filesystem::path& map_folder, std::uint64_t revision,
                                              std::uint64_t since);
+// Names of the files that hold what is newest of the revisions `since` to `revision`; none where `since` is 0.
+std::vector<std::string> newest_round_files(const std::filesystem::path& map_folder, std::uint64_t revision,
+                                            std::uint64_t since);
 // After the publish of a revision that keeps the records from revision `since` on (0: none): removes the others, and
 // files of which newer ones hold everything.
 void prune_round_files(const std::filesystem::path& map_folder, std::uint64_t revision, std::uint64_t since);
