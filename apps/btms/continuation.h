@@ -21,7 +21,7 @@ struct Continuation {
   bool resume = false;    // an interrupted build of the same is there
   bool follow = false;    // of the map that is there, all is known: only what has changed is worked out
   std::uint64_t revision = 1;
-  std::uint64_t since = 0;  // the revision from which on records are kept; 0: they aren't
+  std::uint64_t since = 0;               // the revision from which on records are kept; 0: they aren't
   std::vector<std::string> round_files;  // that hold what is known
 };
 

@@ -39,8 +39,8 @@ struct BuildOptions {
   bool neighbours_by_lattice = false;       // scan the lattice instead of querying nanoflann; same bits, for tests
   std::uint64_t memory_bytes = kUnlimited_bytes;  // of the whole process; what doesn't fit is parked on disk
   std::filesystem::path spill_folder = ".";       // where it is parked
-  // Coarse to fine only: what builds of this map remember, and, where it follows a finished build, that one's tiles. The
-  // result is that of a build without either.
+  // Coarse to fine only: what builds of this map remember, and, where it follows a finished build, that one's tiles.
+  // The result is that of a build without either.
   RoundMemory* memory = nullptr;
   const TileSource* before = nullptr;
   // Halos included; larger maps are refused before anything is allocated.
@@ -68,7 +68,7 @@ struct BuildSummary {
   std::uint64_t tiles_renewed = 0;     // not as in the map before
   std::uint64_t tiles_recomputed = 0;  // worked on at all
   std::uint64_t tiles_in_reach = 0;    // of the changes, by the halos of all rounds, and of verdicts that have changed
-  std::uint64_t nodes = 0;  // nodes with points, or with a surface
+  std::uint64_t nodes = 0;             // nodes with points, or with a surface
   std::uint64_t observed = 0, predicted = 0, obstacle = 0, filled = 0, unknown = 0;
   std::uint64_t components = 0, components_kept = 0;
   std::uint64_t spilled_bytes = 0;  // written to the spill folder, in all

@@ -73,9 +73,10 @@ std::vector<LevelRegions> under_points(const TileTable& coarsest, const OrderedP
   };
   int level = static_cast<int>(rounds.size()) - 1;
   SquareMask needed(box_of(level));
-  points.for_each_bin("region", threads, progress, nullptr, [&](std::size_t, BinId id, const OrderedPoints::Bin& bin, int) {
-    for_each_square(bin, cells_of(id, level), [&](Cell c, const SquarePoints&) { needed.at(c.col, c.row) = 1; });
-  });
+  points.for_each_bin(
+      "region", threads, progress, nullptr, [&](std::size_t, BinId id, const OrderedPoints::Bin& bin, int) {
+        for_each_square(bin, cells_of(id, level), [&](Cell c, const SquarePoints&) { needed.at(c.col, c.row) = 1; });
+      });
   std::vector<LevelRegions> out(rounds.size());
   for (; level >= 0; --level) {
     // A surface depends on the nodes one square around it, and those on the surface of the round before.

@@ -1,4 +1,5 @@
-// The journal of a build: which shards it has committed, so that an interrupted one can be taken up. docs/store_format.md
+// The journal of a build: which shards it has committed, so that an interrupted one can be taken up.
+// docs/store_format.md
 #pragma once
 
 #include <cstdint>

@@ -42,7 +42,7 @@ struct MapInfo {
   Digest digest;                               // of the decoded content of all shards
   std::uint64_t revision = 1;
   std::uint64_t points = 0, dropped = 0;
-  std::uint64_t updatable_since = 0;  // the revision from which on the records of the rounds hold; 0: none are kept
+  std::uint64_t updatable_since = 0;     // the revision from which on the records of the rounds hold; 0: none are kept
   std::vector<std::string> round_files;  // names of the files that hold them
   std::uint64_t follows = 0;             // of a build: the revision that it updates; not stored
 };

@@ -24,7 +24,7 @@ struct RoundFilesOptions {
   bool follow = false;  // the published map, whose records are those of earlier revisions
   bool resume = false;  // take up an interrupted build of this revision
   bool keep_all = false;
-  std::uint64_t since = 1;  // where it follows: the revision from which on records hold
+  std::uint64_t since = 1;              // where it follows: the revision from which on records hold
   std::vector<std::string> files = {};  // where it follows: those that have to be there
   double checkpoint_every_s = 20;
 };

@@ -89,7 +89,8 @@ TEST_F(CliVerify, RepairsFromTheInputsWhatItCanAndLeavesTheRestAlone) {
   const Outcome without = run({"verify", map_, "--repair", "-q"});
   EXPECT_EQ(without.status, 4);
   EXPECT_THAT(without.out, HasSubstr("map.nc: written again"));
-  EXPECT_THAT(without.out, HasSubstr("2 shards can only be rebuilt from the map's inputs, which are not there any more"));
+  EXPECT_THAT(without.out,
+              HasSubstr("2 shards can only be rebuilt from the map's inputs, which are not there any more"));
   // The wrong inputs: some only, and others.
   const Outcome some = run({"verify", map_, "--repair", "--inputs", in("moved/city_000.las"), "-q"});
   EXPECT_EQ(some.status, 4);

@@ -1,6 +1,6 @@
 // Several builds in one folder, builds that end badly, and files that are not ours.
-#include "io/store/journal.h"
 #include "io/store/map_folder.h"
+#include "io/store/journal.h"
 
 #include <sys/wait.h>
 
