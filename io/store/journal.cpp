@@ -49,6 +49,17 @@ Json parse(const std::string& text) {
   return parse_json({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
+// An object; an empty one in place of anything else.
+Json object_or_none(Json value) { return value.is_object() ? std::move(value) : Json::object(); }
+Json members(const std::string& text) {
+  try {
+    return object_or_none(parse(text));
+  } catch (const Error&) {
+    return Json::object();
+  }
+}
+Json members(const Json& object, const char* name) { return object_or_none(object.value(name, Json())); }
+
 std::vector<fs::path> journals_in(const fs::path& folder) {
   std::vector<fs::path> out;
   std::error_code ignored;
@@ -78,13 +89,13 @@ std::string build_identity(const MapInfo& info) {
 
 std::string identity_difference(const std::string& a, const std::string& b) {
   if (a == b) return {};
-  const Json one = a.empty() ? Json::object() : parse(a), other = b.empty() ? Json::object() : parse(b);
+  const Json one = members(a), other = members(b);
   std::string names;
   const auto note = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
   for (const char* name :
        {"inputs", "reference system", "tile edge", "trajectory", "updatable", "updated revision", "schema"})
     if (one.value(name, Json()) != other.value(name, Json())) note(name);
-  const Json ours = one.value("parameters", Json::object()), theirs = other.value("parameters", Json::object());
+  const Json ours = members(one, "parameters"), theirs = members(other, "parameters");
   for (const auto& [name, value] : ours.items())
     if (theirs.value(name, Json()) != value) note(name);
   return names.empty() ? "the program" : names;

@@ -80,5 +80,7 @@ void labels(Bytes);
 void manifest(Bytes);
 void chunk(Bytes);
 void layers(Bytes);
+void journal(Bytes);
+void rounds(Bytes);
 
 }  // namespace btms::fuzz

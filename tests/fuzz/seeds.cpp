@@ -4,8 +4,11 @@
 #include <cstring>
 #include <fstream>
 
+#include "engine/tiling/record.h"
 #include "io/store/chunk_codec.h"
 #include "io/store/hash.h"
+#include "io/store/journal.h"
+#include "io/store/json_field.h"
 #include "io/store/layers.h"
 #include "io/store/manifest.h"
 #include "tests/fuzz/fuzz.h"
@@ -134,6 +137,20 @@ void seed_store() {
   }
   seed("manifest", "shards", manifest_text(manifest));
   seed("manifest", "entries", entries_bytes(manifest.shards).empty() ? Bytes() : entries_bytes(manifest.shards));
+
+  const auto journal_line = [](const std::string& text) {
+    return hex64(xxh3_64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()})) + " " + text + "\n";
+  };
+  std::string lines = journal_line(json_line({{"revision", 3}, {"identity", build_identity(manifest.info)}}));
+  seed("journal", "head", lines);
+  for (const ShardEntry& shard : manifest.shards) lines += journal_line(entry_text(shard));
+  seed("journal", "shards", lines);
+  seed("rounds", "none", Bytes{0});
+  Bytes one{1, 0, 0, 52, 52, 0};  // a record of 52 bytes, stored as it is
+  const Bytes record = pack_record({0, 0, 2, 2}, std::vector<std::uint32_t>{1, 2, 3}, Bytes{4, 5, 6, 7});
+  one.insert(one.end(), record.begin(), record.end());
+  one[3] = one[4] = static_cast<std::uint8_t>(record.size());
+  seed("rounds", "stored", one);
 
   for (std::uint8_t element = 0; element < 3; ++element) {
     Bytes values(std::size_t{64} << element);

@@ -1,14 +1,19 @@
-// The parts of a map that are parsed without HDF5: manifest, chunks, the values of layers.
+// The parts of a map that are parsed without HDF5: manifest, chunks, the values of layers, journal, records.
 #include <zlib.h>
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
 #include <string>
+
+#include "engine/tiling/record.h"
 
 #include "io/store/chunk_codec.h"
 #include "io/store/hash.h"
+#include "io/store/journal.h"
 #include "io/store/layers.h"
 #include "io/store/manifest.h"
+#include "io/store/round_files.h"
 #include "io/store/upper_layers.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -134,7 +139,96 @@ void encode_chunk(Bytes values, std::size_t element) {
   decode_chunk(Bytes(stored).first(stored.size() - 4), element, values.size());
 }
 
+// Readers of these files follow no links, so they are real ones.
+void write_file(const std::filesystem::path& file, Bytes bytes) {
+  std::ofstream out(file, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  require(out.good(), "a file in memory can be written");
+}
+
+// Every line of a journal begins with the hash of the rest.
+std::string with_line_hashes(std::string text) {
+  for (std::size_t at = 0, end; (end = text.find('\n', at)) != text.npos; at = end + 1)
+    if (end - at >= 18) text.replace(at, 16, hex64(xxh3_64(bytes_of(text).subspan(at + 17, end - at - 17))));
+  return text;
+}
+
+void read_journal(Bytes bytes) {
+  const MapLayout layout{Lattice(2000), {64, {}}};
+  write_file(folder() / kJournal, bytes);
+  const auto found = read_journals(folder());
+  if (!found) return;
+  const auto shards = journaled_shards(*found, layout);
+  require(shards.size() <= found->entries.size(), "every shard has a line");
+  MapInfo info;
+  info.layout = layout;
+  const std::string own = build_identity(info);
+  for (const auto& [a, b] : {std::pair(found->identity, own), std::pair(own, found->identity)})
+    require(identity_difference(a, b).empty() == (a == b), "what differs has a name");
+  Journal(folder(), 0, found->revision, found->identity).add(shards);
+  const auto again = read_journals(folder());
+  require(again && again->revision == found->revision && again->identity == found->identity &&
+              again->entries.size() == found->entries.size() + shards.size(),
+          "a journal goes on behind its sound lines");
+}
+
+// A file of records: what the index and the trailer can't guess, made right. 16 bytes steer: records' places.
+std::vector<std::uint8_t> with_index(Bytes bytes) {
+  Front front(bytes);
+  std::vector<RoundFiles::Block> blocks(front.byte() % 4u);
+  for (RoundFiles::Block& b : blocks) {
+    b.tile = {front.byte() % 3, 0};
+    b.offset = front.byte();
+    b.stored_bytes = front.byte();
+    b.bytes = std::uint64_t{front.byte()} << (front.byte() % 36);
+  }
+  const Bytes stored = front.rest();
+  for (RoundFiles::Block& b : blocks)
+    if (b.offset <= stored.size() && b.stored_bytes <= stored.size() - b.offset)
+      b.xxh3 = xxh3_64(stored.subspan(b.offset, b.stored_bytes));
+  std::vector<std::uint8_t> file(stored.begin(), stored.end());
+  const auto append = [&](const void* from, std::size_t n) {
+    const auto* p = static_cast<const std::uint8_t*>(from);
+    file.insert(file.end(), p, p + n);
+  };
+  const Bytes index{reinterpret_cast<const std::uint8_t*>(blocks.data()), blocks.size() * sizeof blocks[0]};
+  const std::uint64_t trailer[] = {blocks.size(), xxh3_64(index), 0x31646365'736d7462};
+  append(index.data(), index.size());
+  append(trailer, sizeof trailer);
+  return file;
+}
+
+void read_rounds(Bytes bytes) {
+  std::filesystem::create_directories(folder() / kRoundFolder);
+  write_file(folder() / kRoundFolder / "n5.k0of1.r1", bytes);
+  RoundFilesOptions options;
+  options.resume = true;
+  const RoundFiles files(folder(), options);
+  for (const TileId tile : files.tiles(5)) {
+    const auto record = files.load(5, tile);
+    if (!record) continue;
+    std::vector<std::uint32_t> words;
+    std::vector<std::uint8_t> rest;
+    const CellBox box = record_box(*record);
+    if (unpack_record(record, box, words, rest))
+      require(pack_record(box, words, rest) == *record, "a record comes back as it was stored");
+  }
+  damaged_round_files(folder(), 1, 1);
+  newest_round_files(folder(), 1, 1);
+}
+
 }  // namespace
+
+void journal(Bytes bytes) {
+  read_journal(bytes);
+  const std::string text = with_line_hashes({bytes.begin(), bytes.end()});
+  read_journal(bytes_of(text));
+}
+
+void rounds(Bytes bytes) {
+  read_rounds(bytes);
+  read_rounds(with_index(bytes));
+}
 
 void manifest(Bytes bytes) {
   parse(bytes);
