@@ -21,7 +21,7 @@ differ=0 compared=0
 for preset in $presets; do
   for input in city drive/velodyne/000001.bin; do
     digest() {
-      "$1" build "$folder/$input" --preset "$preset" -o "$folder/map" --quiet
+      "$1" build "$folder/$input" --preset "$preset" -o "$folder/map" --quiet > /dev/null
       "$1" digest "$folder/map" --quiet
       rm -rf "$folder/map"
     }
