@@ -17,9 +17,9 @@
 #include "apps/btms/parameter_options.h"
 #include "apps/btms/reference_system.h"
 #include "apps/btms/stop_signal.h"
-#include "apps/btms/tile_cache.h"
 #include "engine/error.h"
 #include "engine/model/surface.h"
+#include "engine/query/tile_cache.h"
 #include "io/export/relief.h"
 #include "io/files/content_print.h"
 #include "io/points/trajectory.h"
@@ -129,8 +129,7 @@ BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, Bu
 }
 
 // Whether any pose has terrain below it that can have borne the sensor.
-bool bore_the_sensor(const MapReader& reader, const std::vector<TrajectoryPoint>& trajectory) {
-  const TileCache map(reader);
+bool bore_the_sensor(const TileSource& map, const std::vector<TrajectoryPoint>& trajectory) {
   return std::any_of(trajectory.begin(), trajectory.end(), [&](const TrajectoryPoint& p) {
     const SurfacePoint s = surface_at(map, static_cast<double>(p.x_mm) / 1000, static_cast<double>(p.y_mm) / 1000);
     return s.state != NodeState::kUnknown && Passage{{}, 0, 0, p.z_mm}.borne_by(s.z_m * 1000);
@@ -256,7 +255,7 @@ int run_build(const BuildCommand& command) {
     warn(
         "no terrain was found: try a smaller --resolution or --min-points, or --preset partial-map for a map made by "
         "a robot");
-  if (info.trajectory && !bore_the_sensor(*MapReader::open(command.output), options.trajectory))
+  if (info.trajectory && !bore_the_sensor(TileCache(MapReader::open(command.output)), options.trajectory))
     warn(
         "the trajectory changes nothing: no pose lies close above the map's terrain; is it in the frame of the points, "
         "in metres?");

@@ -3,11 +3,9 @@
 
 #include <string_view>
 
-namespace btms {
+#include "engine/query/place.h"
 
-struct Place {
-  double x_m = 0, y_m = 0;
-};
+namespace btms {
 
 // Reads "X,Y" or "X Y" in metres. Throws Error(kUsage) naming `what` and the text.
 Place parse_place(std::string_view text, std::string_view what);

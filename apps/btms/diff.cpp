@@ -11,9 +11,9 @@
 #include "apps/btms/reference_system.h"
 #include "apps/btms/report.h"
 #include "apps/btms/stop_signal.h"
-#include "apps/btms/tile_cache.h"
 #include "engine/error.h"
 #include "engine/model/difference.h"
+#include "engine/query/tile_cache.h"
 #include "io/store/map_folder.h"
 
 namespace btms {
@@ -95,9 +95,7 @@ CellBox extent_of(const Manifest& before, const Manifest& after) {
 // Tile by tile of the first map; the second may be cut otherwise.
 MapDifference compare(const DiffCommand& command, const Manifest& before, const Manifest& after) {
   const Trust trust = command.untrusted ? Trust::kUntrusted : Trust::kTrusted;
-  const auto first_reader = MapReader::open(command.before, trust),
-             second_reader = MapReader::open(command.after, trust);
-  const TileCache first(*first_reader, 16), second(*second_reader, 64);
+  const TileCache first(MapReader::open(command.before, trust)), second(MapReader::open(command.after, trust));
   const std::set<TileId> wanted = tiles_to_compare(before, after);
   const std::vector<TileId> ids(wanted.begin(), wanted.end());
   const TileGrid &grid = before.info.layout.grid, &other = after.info.layout.grid;

@@ -13,8 +13,8 @@
 #include "apps/btms/outputs.h"
 #include "apps/btms/scene_options.h"
 #include "apps/btms/stop_signal.h"
-#include "apps/btms/tile_cache.h"
 #include "engine/error.h"
+#include "engine/query/tile_cache.h"
 
 namespace btms {
 namespace {
@@ -76,8 +76,7 @@ int run_map_eval(const EvalCommand& command) {
   SceneArguments arguments = command.arguments;
   if (!command.points.empty()) arguments.scene.points = parse_count(command.points);
   const auto scene = arguments.create();
-  const auto reader = open_map(command.map);
-  const TileCache map(*reader);
+  const TileCache map(open_map(command.map));
   watch_stop_signals();
   const auto threads = make_threads(command.common.thread_count());
   ProgressDisplay progress(command.common.progress_style());

@@ -8,9 +8,7 @@
 #include "apps/btms/coordinates.h"
 #include "apps/btms/open_map.h"
 #include "apps/btms/report.h"
-#include "apps/btms/tile_cache.h"
-#include "engine/lattice/coordinates.h"
-#include "engine/model/surface.h"
+#include "engine/query/terrain.h"
 
 namespace btms {
 namespace {
@@ -22,45 +20,16 @@ struct QueryCommand {
   bool untrusted = false;
 };
 
-const char* state_name(NodeState state) {
-  switch (state) {
-    case NodeState::kObserved:
-      return "observed";
-    case NodeState::kPredicted:
-      return "predicted";
-    case NodeState::kObstacle:
-      return "obstacle";
-    case NodeState::kFilled:
-      return "filled";
-    case NodeState::kUnknown:
-      break;
-  }
-  return "unknown";
-}
-
+// What a place is asked about.
 struct Answer {
   Place place;
-  SurfacePoint surface;
-  std::vector<UpperPoint> upper;
-  bool outside = false;  // no tile there, or nothing of the tile
+  Terrain::Detail detail;
 
-  bool known() const { return surface.state != NodeState::kUnknown; }
-  const char* state() const { return outside ? "outside" : state_name(surface.state); }
+  bool known() const { return detail.status == QueryStatus::kOk; }
+  const char* state() const {
+    return detail.status == QueryStatus::kOutside ? "outside" : node_state_name(detail.surface.state);
+  }
 };
-
-Answer answer_for(const TileSource& map, const Place& place) {
-  const auto mm = [](double metres) { return static_cast<std::int64_t>(std::llround(metres * 1000)); };
-  Answer answer{place, surface_at(map, place.x_m, place.y_m), upper_surfaces_at(map, place.x_m, place.y_m), false};
-  if (answer.known()) return answer;
-  // Coordinates no map can hold would not fit a cell index.
-  constexpr double kMax_m = static_cast<double>(kMaxHorizontal_mm) / 1000;
-  answer.outside = !(std::abs(place.x_m) <= kMax_m && std::abs(place.y_m) <= kMax_m);
-  if (answer.outside) return answer;
-  const Cell cell = map.layout().lattice.cell_at(mm(place.x_m), mm(place.y_m));
-  const auto tile = map.load(map.layout().grid.tile_of(cell));
-  answer.outside = !tile || !tile->box.contains(cell);
-  return answer;
-}
 
 const char* kind_name(UpperKind kind) { return kind == UpperKind::kReachable ? "reachable" : "detached"; }
 
@@ -79,7 +48,7 @@ Json upper_json(const std::vector<UpperPoint>& upper) {
 
 // The same keys everywhere; null where there is no surface, nothing above or no way across.
 Json answer_json(const Answer& a) {
-  const SurfacePoint& s = a.surface;
+  const SurfacePoint& s = a.detail.surface;
   const auto number = [&](double n) { return a.known() && std::isfinite(n) ? Json(tidy(n)) : Json(); };
   Json json{{"x", a.place.x_m}, {"y", a.place.y_m}};
   json["z"] = number(s.z_m);
@@ -95,7 +64,7 @@ Json answer_json(const Answer& a) {
   json["clearance"] = number(s.clearance_m);
   json["cost"] = number(s.cost);
   json["source_resolution"] = number(s.source_resolution_m);
-  json["upper"] = upper_json(a.upper);
+  json["upper"] = upper_json(a.detail.upper);
   return json;
 }
 
@@ -107,9 +76,9 @@ std::string upper_text(const std::vector<UpperPoint>& upper) {
 }
 
 std::string answer_text(const Answer& a) {
-  const SurfacePoint& s = a.surface;
+  const SurfacePoint& s = a.detail.surface;
   const std::string where = fmt::format("{:.3f} {:.3f}", a.place.x_m, a.place.y_m);
-  const std::string upper = upper_text(a.upper);
+  const std::string upper = upper_text(a.detail.upper);
   if (!a.known())
     return fmt::format("{} nan {} nan nan nan nan nan nan {} nan nan nan nan nan nan {}", where, a.state(), s.count,
                        upper);
@@ -122,18 +91,18 @@ std::string answer_text(const Answer& a) {
 int run_query(const QueryCommand& command) {
   std::vector<Place> at;
   for (const std::string& text : command.at) at.push_back(parse_place(text, "--at"));
-  const auto reader = open_map(command.map, command.untrusted);
-  const TileCache map(*reader);
+  const Terrain terrain(open_map(command.map, command.untrusted));
   Json places = Json::array();
   if (!command.common.json)
     print_line(
         "# x_m y_m z_m state sd_m normal_x normal_y normal_z support weight count terrain_m roughness_m step_m "
         "clearance_m cost source_m upper_z_m:kind");
   const auto answer = [&](const Place& place) {
+    const Answer a{place, terrain.detail(place)};
     if (command.common.json)
-      places.push_back(answer_json(answer_for(map, place)));
+      places.push_back(answer_json(a));
     else
-      print_line(answer_text(answer_for(map, place)));
+      print_line(answer_text(a));
   };
   for (const Place& place : at) answer(place);
   if (at.empty()) {

@@ -1,6 +1,5 @@
 #include "engine/model/surface.h"
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -64,25 +63,20 @@ SurfacePoint surface_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t
   return out;
 }
 
+UpperPoint upper_point(const UpperNode& upper, std::int64_t dx_mm, std::int64_t dy_mm) {
+  const double gx = upper.slope_x / kUpperSlopeUnit, gy = upper.slope_y / kUpperSlopeUnit;
+  UpperPoint p;
+  p.z_m = (upper.z_mm + gx * static_cast<double>(dx_mm) + gy * static_cast<double>(dy_mm)) / 1000;
+  set_normal(gx, gy, p.normal);
+  p.sd_m = upper.sd_mm / 1000.0;
+  p.count = upper.count;
+  p.kind = upper.kind;
+  return p;
+}
+
 std::vector<UpperPoint> upper_surfaces_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm) {
   std::vector<UpperPoint> out;
-  if (tile.upper.empty()) return out;
-  const Lattice lattice(tile.resolution_mm);
-  const NodeId id = lattice.node_at(x_mm, y_mm);
-  const double dx = static_cast<double>(x_mm - lattice.centre_x_mm(id.cell));
-  const double dy = static_cast<double>(y_mm - lattice.centre_y_mm(id.cell));
-  const std::size_t node = tile.node_index(id);
-  auto it = std::lower_bound(tile.upper.begin(), tile.upper.end(), node,
-                             [](const UpperNode& u, std::size_t n) { return u.node < n; });
-  for (; it != tile.upper.end() && it->node == node; ++it) {
-    const double gx = it->slope_x / kUpperSlopeUnit, gy = it->slope_y / kUpperSlopeUnit;
-    UpperPoint& p = out.emplace_back();
-    p.z_m = (it->z_mm + gx * dx + gy * dy) / 1000;
-    set_normal(gx, gy, p.normal);
-    p.sd_m = it->sd_mm / 1000.0;
-    p.count = it->count;
-    p.kind = it->kind;
-  }
+  for_each_upper_in(tile, x_mm, y_mm, [&](std::size_t, const UpperPoint& p) { out.push_back(p); });
   return out;
 }
 

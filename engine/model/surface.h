@@ -1,6 +1,7 @@
 // Heights of a finished model at a place.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -44,5 +45,19 @@ std::vector<UpperPoint> upper_surfaces_at(const TileSource& map, double x_m, dou
 // The same inside one tile, for callers that hold it. Precondition: the tile's box contains the place's cell.
 SurfacePoint surface_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm);
 std::vector<UpperPoint> upper_surfaces_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm);
+
+// The same without a list: fn(index, UpperPoint) for each.
+UpperPoint upper_point(const UpperNode& upper, std::int64_t dx_mm, std::int64_t dy_mm);  // from its square's centre
+template <class Fn>
+void for_each_upper_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm, const Fn& fn) {
+  if (tile.upper.empty()) return;
+  const Lattice lattice(tile.resolution_mm);
+  const NodeId id = lattice.node_at(x_mm, y_mm);
+  const std::size_t node = tile.node_index(id);
+  auto it = std::lower_bound(tile.upper.begin(), tile.upper.end(), node,
+                             [](const UpperNode& u, std::size_t n) { return u.node < n; });
+  for (std::size_t n = 0; it != tile.upper.end() && it->node == node; ++it, ++n)
+    fn(n, upper_point(*it, x_mm - lattice.centre_x_mm(id.cell), y_mm - lattice.centre_y_mm(id.cell)));
+}
 
 }  // namespace btms
