@@ -39,7 +39,10 @@ Response post_diff(const Call& call);
 // heights.cpp
 Response get_height(const Call& call);
 Response post_heights(const Call& call);
-// events.cpp of the API
+// checks.cpp
+Response post_profile(const Call& call);
+Response post_check(const Call& call);
+// event_answers.cpp
 Response get_events(const Call& call);
 // service_answers.cpp
 Response get_health(const Call& call);

@@ -23,6 +23,8 @@ constexpr Route kRoutes[] = {
     {"POST", "/v1/maps/{m}/bundle", "Many tiles in one answer", post_bundle, nullptr},
     {"GET", "/v1/maps/{m}/height", "Height, normal, variance and state of a place", get_height, nullptr},
     {"POST", "/v1/maps/{m}/height", "The same of many places", post_heights, nullptr},
+    {"POST", "/v1/maps/{m}/profile", "Heights along a line", post_profile, nullptr},
+    {"POST", "/v1/maps/{m}/check", "Whether a vehicle may be at places or along a path", post_check, nullptr},
     {"GET", "/v1/maps/{m}/events", "What changes: server-sent events, or since=revision", get_events, nullptr},
     {"GET", "/{*}", "The viewer", get_file, nullptr},
 };
