@@ -46,9 +46,17 @@ export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1:die_after_fork=0
 # A race between two of TBB's threads: without a report the rest would say nothing.
 cat > "$tbb/race.cpp" <<'RACE'
 #include <tbb/parallel_for.h>
+#include <atomic>
 int sum = 0;
+std::atomic<int> there{0};
 int main() {
-  tbb::parallel_for(0, 100000, [](int i) { sum += i; });
+  for (int round = 1; round <= 100; ++round)
+    tbb::parallel_for(0, 2, [round](int) {
+      there.fetch_add(1, std::memory_order_relaxed);  // both at once, without an order between them
+      for (int i = 0; i < 1000000 && there.load(std::memory_order_relaxed) < 2 * round; ++i) {
+      }
+      ++sum;
+    });
   return 0;
 }
 RACE
