@@ -1,6 +1,5 @@
 // Events of a map: a stream, or what has happened since a revision.
 #include <charconv>
-#include <cmath>
 
 #include "apps/server/handlers.h"
 
@@ -18,16 +17,7 @@ std::optional<std::uint64_t> revision_of(const std::string& text, const char* fi
 
 EventStream::Area area_of(const std::string& text) {
   if (text.empty()) return {};
-  std::array<double, 4> box{};
-  const char *at = text.data(), *end = text.data() + text.size();
-  for (std::size_t i = 0; i < box.size(); ++i) {
-    if (i > 0 && (at == end || *at++ != ',')) throw Problem("bad_parameter", "expected four numbers", "bbox");
-    const auto [next, error] = std::from_chars(at, end, box[i]);
-    if (error != std::errc() || !std::isfinite(box[i])) throw Problem("bad_parameter", "expected four numbers", "bbox");
-    at = next;
-  }
-  if (at != end) throw Problem("bad_parameter", "expected four numbers", "bbox");
-  return box;
+  return box_of(text, "bbox");
 }
 
 }  // namespace

@@ -40,6 +40,20 @@ Response json_response(const Json& json) {
   return response;
 }
 
+std::array<double, 4> box_of(const std::string& text, const char* field) {
+  const auto bad = [&] { return Problem("bad_parameter", "expected min x, min y, max x, max y", field); };
+  std::array<double, 4> box{};
+  const char *at = text.data(), *end = text.data() + text.size();
+  for (std::size_t i = 0; i < box.size(); ++i) {
+    if (i > 0 && (at == end || *at++ != ',')) throw bad();
+    const auto [next, error] = std::from_chars(at, end, box[i]);
+    if (error != std::errc() || !std::isfinite(box[i])) throw bad();
+    at = next;
+  }
+  if (at != end || box[0] > box[2] || box[1] > box[3]) throw bad();
+  return box;
+}
+
 std::optional<double> optional_number(const Call& call, const char* name) {
   const auto it = call.request.query.find(name);
   if (it == call.request.query.end()) return {};

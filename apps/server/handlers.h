@@ -1,6 +1,7 @@
 // The handlers, a file a group.
 #pragma once
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "apps/server/problem.h"
@@ -13,6 +14,8 @@ using Json = nlohmann::json;
 
 // What handlers share.
 Response json_response(const Json& json);
+// Four numbers separated by commas, the lower corner before the upper one. Throws Problem("bad_parameter").
+std::array<double, 4> box_of(const std::string& text, const char* field);
 // A number of the query. Throws Problem("bad_parameter").
 double number_parameter(const Call& call, const char* name);
 std::optional<double> optional_number(const Call& call, const char* name);
@@ -39,6 +42,10 @@ Response post_diff(const Call& call);
 // heights.cpp
 Response get_height(const Call& call);
 Response post_heights(const Call& call);
+// windows.cpp
+Response get_submap(const Call& call);
+Response get_costmap(const Call& call);
+Response get_costmap_yaml(const Call& call);
 // checks.cpp
 Response post_profile(const Call& call);
 Response post_check(const Call& call);

@@ -1,38 +1,17 @@
 // Single tiles and bundles of them.
-#include <charconv>
-
+#include "apps/server/formats.h"
 #include "apps/server/handlers.h"
 #include "io/export/raster.h"
-#include "io/export/raw_tile.h"
 
 namespace btms {
 namespace {
-
-struct Format {
-  const char* name;
-  const char* type;
-  std::vector<std::uint8_t> (*encode)(const Window& window, TileId id);
-};
-
-constexpr Format kFormats[] = {
-    {"raw", "application/octet-stream", raw_tile},
-};
-
-const Format& format_of(const std::string& name) {
-  std::vector<std::string> allowed;
-  for (const Format& format : kFormats) {
-    if (name == format.name) return format;
-    allowed.emplace_back(format.name);
-  }
-  throw Problem("bad_parameter", "no such form", "f", allowed);
-}
 
 // What one tile is asked for.
 struct TileRequest {
   int level = 0;
   TileId id;
   std::vector<const RasterLayer*> layers;
-  const Format* format = nullptr;
+  const WindowFormat* format = nullptr;
   std::string etag;
 };
 
@@ -46,7 +25,7 @@ TileRequest tile_request(const MapRevision& revision, const std::string& id, con
     throw Problem("unknown_level", "the map's description lists them", "level");
   if (!revision.tiles.inside(out.level, out.id)) throw Problem("outside", "the map's description has its bounds");
   out.layers = layers_of(layers);
-  out.format = &format_of(format);
+  out.format = &tile_format(format);
   out.etag = revision.tiles.etag(out.level, out.id, tile_form(names_of(out.layers), out.format->name));
   return out;
 }
@@ -57,8 +36,10 @@ Body encoded_tile(const Call& call, const TileRequest& tile) {
   if (Body known = call.service.bodies().find(tile.etag)) return known;
   const Window window =
       cut_window(call.revision->terrain.tiles(), tile.level, ServedTiles::box_of(tile.id), tile.layers);
-  Body body = window.empty() ? body_of({})
-                             : std::make_shared<const std::vector<std::uint8_t>>(tile.format->encode(window, tile.id));
+  Body body =
+      window.empty()
+          ? body_of({})
+          : std::make_shared<const std::vector<std::uint8_t>>(tile.format->encode(window, tile.id, *call.revision));
   call.service.bodies().keep(tile.etag, body);
   return body;
 }

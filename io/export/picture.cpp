@@ -1,10 +1,7 @@
 #include "io/export/picture.h"
 
-#include <png.h>
-
 #include <algorithm>
 
-#include "engine/error.h"
 #include "io/export/font.h"
 #include "io/files/atomic_file.h"
 
@@ -38,20 +35,7 @@ int Picture::text_width(std::string_view text, int scale) {
 }
 
 void Picture::write_png(const std::filesystem::path& file) const {
-  static_assert(sizeof(Rgb) == 3);
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(width_);
-  image.height = static_cast<png_uint_32>(height_);
-  image.format = PNG_FORMAT_RGB;
-  image.flags = PNG_IMAGE_FLAG_FAST;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  std::vector<std::uint8_t> bytes(size);
-  const bool written = png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels_.data(), 0, nullptr) != 0;
-  const std::string message = image.message;
-  png_image_free(&image);
-  if (!written) throw Error(ErrorCode::kFailed, "could not encode the picture: " + message, file.string());
-  write_file(file, {bytes.data(), size});
+  write_file(file, png_of(static_cast<std::uint32_t>(width_), static_cast<std::uint32_t>(height_), pixels_));
 }
 
 }  // namespace btms

@@ -6,12 +6,9 @@
 #include <string_view>
 #include <vector>
 
-namespace btms {
+#include "io/export/png.h"
 
-struct Rgb {
-  std::uint8_t r = 255, g = 255, b = 255;
-  friend bool operator==(const Rgb&, const Rgb&) = default;
-};
+namespace btms {
 
 class Picture {
  public:

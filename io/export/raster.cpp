@@ -41,26 +41,58 @@ CellBox squares_sampled_in(const CellBox& fine, int level) {
   return {at(fine.col0), at(fine.row0), at(fine.col1), at(fine.row1)};
 }
 
-float corner_elevation_m(const TerrainTile& tile, Cell cell) {
-  const std::int64_t r = tile.resolution_mm;
-  const SurfacePoint p = surface_in(tile, cell.col * r, cell.row * r);
+float elevation_at_m(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm) {
+  const SurfacePoint p = surface_in(tile, x_mm, y_mm);
   return p.state == NodeState::kUnknown ? kNothing : static_cast<float>(p.z_m);
 }
 
-void fill(Window& window, const TerrainTile& tile, const CellBox& part) {
+// Values of a tile; lists are brought into a raster once.
+class TileValues {
+ public:
+  TileValues(const TerrainTile& tile, std::span<const RasterLayer* const> layers) : tile_(tile) {
+    for (const RasterLayer* layer : layers)
+      if (!layer->square && upper_.empty()) upper_ = upper_elevations_m(tile);
+  }
+  float of(const RasterLayer& layer, std::size_t cell) const {
+    return layer.square ? layer.square(tile_, cell) : upper_[cell];
+  }
+
+ private:
+  const TerrainTile& tile_;
+  std::vector<float> upper_;
+};
+
+void fill(Window& window, const CellBox& box, const TerrainTile& tile, const CellBox& part) {
+  const TileValues values(tile, window.layers);
+  const std::int64_t r = tile.resolution_mm;
   for (std::size_t l = 0; l < window.layers.size(); ++l) {
     const RasterLayer& layer = *window.layers[l];
-    const std::vector<float> upper = layer.square ? std::vector<float>{} : upper_elevations_m(tile);
     const bool at_corner = window.level > 0 && layer.square == square_elevation_m;
     for (std::int32_t row = part.row0; row < part.row1; ++row)
       for (std::int32_t col = part.col0; col < part.col1; ++col) {
         const Cell from = sampled({col, row}, window.level);
-        const std::size_t cell = tile.cell_index(from);
-        float& to = window.values[l][static_cast<std::size_t>(window.box.row1 - 1 - row) * window.cols() +
-                                     static_cast<std::size_t>(col - window.box.col0)];
-        to = at_corner ? corner_elevation_m(tile, from) : layer.square ? layer.square(tile, cell) : upper[cell];
+        float& to = window.values[l][static_cast<std::size_t>(box.row1 - 1 - row) * window.cols +
+                                     static_cast<std::size_t>(col - box.col0)];
+        to = at_corner ? elevation_at_m(tile, from.col * r, from.row * r) : values.of(layer, tile.cell_index(from));
       }
   }
+}
+
+Window window_of(std::size_t rows, std::size_t cols, std::span<const RasterLayer* const> layers) {
+  Window window;
+  window.rows = rows;
+  window.cols = cols;
+  window.layers.assign(layers.begin(), layers.end());
+  window.values.assign(layers.size(), std::vector<float>(rows * cols, kNothing));
+  return window;
+}
+
+void check_size(std::uint64_t rows, std::uint64_t cols, std::size_t layers) {
+  constexpr auto kMost = static_cast<std::uint64_t>(kMaxWindowSquares);
+  if (rows == 0 || cols == 0) throw Error(ErrorCode::kUsage, "the window is empty");
+  if (rows > kMost || cols > kMost || rows * cols > kMost / std::max<std::size_t>(layers, 1))
+    throw Error(ErrorCode::kUsage,
+                "the window has more than " + std::to_string(kMost) + " values: ask for larger squares");
 }
 
 void check(const CellBox& box, int level, std::size_t layers) {
@@ -70,10 +102,7 @@ void check(const CellBox& box, int level, std::size_t layers) {
   const std::int64_t most = kCellBias >> level;
   if (box.col0 < -most || box.row0 < -most || box.col1 > most || box.row1 > most)
     throw Error(ErrorCode::kUsage, "the window lies beyond the coordinates of maps");
-  if (box.cols() > kMaxWindowSquares || box.rows() > kMaxWindowSquares ||
-      box.cells() > kMaxWindowSquares / static_cast<std::int64_t>(std::max<std::size_t>(layers, 1)))
-    throw Error(ErrorCode::kUsage,
-                "the window has more than " + std::to_string(kMaxWindowSquares) + " values: ask for a coarser level");
+  check_size(static_cast<std::uint64_t>(box.rows()), static_cast<std::uint64_t>(box.cols()), layers);
 }
 
 }  // namespace
@@ -93,20 +122,63 @@ bool Window::empty() const {
 
 Window cut_window(const TileSource& map, int level, const CellBox& box, std::span<const RasterLayer* const> layers) {
   check(box, level, layers.size());
-  Window window;
+  Window window = window_of(static_cast<std::size_t>(box.rows()), static_cast<std::size_t>(box.cols()), layers);
   window.level = level;
-  window.box = box;
   window.cell_m = std::ldexp(map.layout().lattice.resolution_m(), level);
-  window.layers.assign(layers.begin(), layers.end());
-  window.values.assign(layers.size(), std::vector<float>(static_cast<std::size_t>(box.cells()), kNothing));
+  window.min_x_m = box.col0 * window.cell_m;
+  window.min_y_m = box.row0 * window.cell_m;
   const TileGrid& grid = map.layout().grid;
   const Cell first = sampled({box.col0, box.row0}, level), last = sampled({box.col1 - 1, box.row1 - 1}, level);
   grid.for_each_tile({first.col, first.row, last.col + 1, last.row + 1}, [&](TileId id) {
     if (squares_sampled_in(grid.box_of(id), level).intersect(box).empty()) return;
     const auto tile = map.load(id);
     if (!tile) return;
-    fill(window, *tile, squares_sampled_in(tile->box, level).intersect(box));
+    fill(window, box, *tile, squares_sampled_in(tile->box, level).intersect(box));
   });
+  return window;
+}
+
+Window sample_window(const TileSource& map, double min_x_m, double min_y_m, double cell_m, std::size_t rows,
+                     std::size_t cols, std::span<const RasterLayer* const> layers) {
+  check_size(rows, cols, layers.size());
+  constexpr double kLimit_m = static_cast<double>(kMaxHorizontal_mm) / 1000;
+  const auto beyond = [](double low, double extent) { return !(std::abs(low) + extent <= kLimit_m); };
+  if (!(cell_m > 0) || beyond(min_x_m, static_cast<double>(cols) * cell_m) ||
+      beyond(min_y_m, static_cast<double>(rows) * cell_m))
+    throw Error(ErrorCode::kUsage, "the window lies beyond the coordinates of maps");
+  Window window = window_of(rows, cols, layers);
+  window.min_x_m = min_x_m;
+  window.min_y_m = min_y_m;
+  window.cell_m = cell_m;
+  const Lattice lattice = map.layout().lattice;
+  const TileGrid& grid = map.layout().grid;
+  const auto mm = [&](double low, std::size_t n) {
+    return static_cast<std::int64_t>(std::floor((low + (static_cast<double>(n) + 0.5) * cell_m) * 1000 + 0.5));
+  };
+  std::vector<std::int64_t> x_mm(cols), y_mm(rows);
+  for (std::size_t c = 0; c < cols; ++c) x_mm[c] = mm(min_x_m, c);
+  for (std::size_t row = 0; row < rows; ++row) y_mm[row] = mm(min_y_m, rows - 1 - row);
+  // Tile by tile, so that each is loaded once: runs of rows and columns that lie in one.
+  const auto tile_of = [&](std::int64_t x, std::int64_t y) { return grid.tile_of(lattice.cell_at(x, y)); };
+  for (std::size_t row0 = 0, row1; row0 < rows; row0 = row1) {
+    for (row1 = row0 + 1; row1 < rows && tile_of(x_mm[0], y_mm[row1]).ty == tile_of(x_mm[0], y_mm[row0]).ty;) ++row1;
+    for (std::size_t col0 = 0, col1; col0 < cols; col0 = col1) {
+      const TileId id = tile_of(x_mm[col0], y_mm[row0]);
+      for (col1 = col0 + 1; col1 < cols && tile_of(x_mm[col1], y_mm[row0]) == id;) ++col1;
+      const auto tile = map.load(id);
+      if (!tile) continue;
+      const TileValues values(*tile, layers);
+      for (std::size_t row = row0; row < row1; ++row)
+        for (std::size_t col = col0; col < col1; ++col) {
+          const Cell cell = lattice.cell_at(x_mm[col], y_mm[row]);
+          if (!tile->box.contains(cell)) continue;
+          for (std::size_t l = 0; l < layers.size(); ++l)
+            window.values[l][row * cols + col] = layers[l]->square == square_elevation_m
+                                                     ? elevation_at_m(*tile, x_mm[col], y_mm[row])
+                                                     : values.of(*layers[l], tile->cell_index(cell));
+        }
+    }
+  }
   return window;
 }
 

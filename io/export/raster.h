@@ -30,19 +30,15 @@ inline constexpr int kMaxLevel = 20;
 inline constexpr std::int64_t kMaxWindowSquares = std::int64_t{1} << 24;  // times layers
 
 struct Window {
-  int level = 0;
-  CellBox box;  // in squares of the level
-  double cell_m = 0;
+  int level = -1;                               // -1: squares of their own
+  double min_x_m = 0, min_y_m = 0, cell_m = 0;  // south-west corner, edge of a square
+  std::size_t rows = 0, cols = 0;
   std::vector<const RasterLayer*> layers;
   std::vector<std::vector<float>>
       values;  // of every layer: rows x cols from north to south, NaN where there is nothing
 
-  std::size_t rows() const { return static_cast<std::size_t>(box.rows()); }
-  std::size_t cols() const { return static_cast<std::size_t>(box.cols()); }
-  double min_x_m() const { return box.col0 * cell_m; }
-  double min_y_m() const { return box.row0 * cell_m; }
-  double max_x_m() const { return box.col1 * cell_m; }
-  double max_y_m() const { return box.row1 * cell_m; }
+  double max_x_m() const { return min_x_m + static_cast<double>(cols) * cell_m; }
+  double max_y_m() const { return min_y_m + static_cast<double>(rows) * cell_m; }
   bool empty() const;  // nothing anywhere
 };
 
@@ -50,5 +46,10 @@ struct Window {
 // kMaxLevel, an empty box, one beyond the coordinates of maps, or more than kMaxWindowSquares values; what load()
 // throws.
 Window cut_window(const TileSource& map, int level, const CellBox& box, std::span<const RasterLayer* const> layers);
+
+// Squares of any edge from any corner: elevation is the surface at the square's centre, the others are those of the
+// level-0 square that holds it. The same errors; also for an edge that is not above zero.
+Window sample_window(const TileSource& map, double min_x_m, double min_y_m, double cell_m, std::size_t rows,
+                     std::size_t cols, std::span<const RasterLayer* const> layers);
 
 }  // namespace btms

@@ -31,7 +31,7 @@ static_assert(sizeof(Stored) == kRawHeader_bytes);
 }  // namespace
 
 std::vector<std::uint8_t> raw_tile(const Window& window, TileId id) {
-  const std::size_t layer_bytes = window.rows() * window.cols() * sizeof(float);
+  const std::size_t layer_bytes = window.rows * window.cols * sizeof(float);
   std::vector<std::uint8_t> bytes(kRawHeader_bytes + window.values.size() * layer_bytes);
   std::uint8_t* to = bytes.data() + kRawHeader_bytes;
   for (const std::vector<float>& layer : window.values) {
@@ -44,10 +44,10 @@ std::vector<std::uint8_t> raw_tile(const Window& window, TileId id) {
   header.level = static_cast<std::uint16_t>(window.level);
   header.tx = id.tx;
   header.ty = id.ty;
-  header.rows = static_cast<std::uint32_t>(window.rows());
-  header.cols = static_cast<std::uint32_t>(window.cols());
-  header.min_x_m = window.min_x_m();
-  header.min_y_m = window.min_y_m();
+  header.rows = static_cast<std::uint32_t>(window.rows);
+  header.cols = static_cast<std::uint32_t>(window.cols);
+  header.min_x_m = window.min_x_m;
+  header.min_y_m = window.min_y_m;
   header.cell_m = window.cell_m;
   header.xxh3 = xxh3_64(std::span(bytes).subspan(kRawHeader_bytes));
   std::memcpy(bytes.data(), &header, sizeof header);

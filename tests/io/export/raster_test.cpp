@@ -30,13 +30,13 @@ TEST(Raster, AValueIsThatOfAQueryAtTheCentre) {
     const Window window = cut_window(map, level, box, all_layers());
     ASSERT_EQ(window.cell_m, std::ldexp(2.0, level));
     int known = 0;
-    for (std::size_t row = 0; row < window.rows(); ++row)
-      for (std::size_t col = 0; col < window.cols(); ++col) {
-        const double x = window.min_x_m() + (static_cast<double>(col) + 0.5) * window.cell_m;
+    for (std::size_t row = 0; row < window.rows; ++row)
+      for (std::size_t col = 0; col < window.cols; ++col) {
+        const double x = window.min_x_m + (static_cast<double>(col) + 0.5) * window.cell_m;
         const double y = window.max_y_m() - (static_cast<double>(row) + 0.5) * window.cell_m;
         const SurfacePoint s = surface_at(map, x, y);
         const float expected = s.state == NodeState::kUnknown ? NAN : static_cast<float>(s.z_m);
-        ASSERT_TRUE(same(window.values[0][row * window.cols() + col], expected))
+        ASSERT_TRUE(same(window.values[0][row * window.cols + col], expected))
             << "level " << level << " at " << x << " " << y;
         known += !std::isnan(expected);
       }
@@ -53,10 +53,34 @@ TEST(Raster, LevelNoughtHasTheLayersOfTheSquares) {
   const std::vector<float> upper = upper_elevations_m(*tile);
   for (std::size_t l = 0; l < layers.size(); ++l)
     for (std::size_t cell = 0; cell < upper.size(); ++cell) {
-      const std::size_t cols = window.cols(), row = window.rows() - 1 - cell / cols;
+      const std::size_t cols = window.cols, row = window.rows - 1 - cell / cols;
       const float expected = layers[l]->square ? layers[l]->square(*tile, cell) : upper[cell];
       ASSERT_TRUE(same(window.values[l][row * cols + cell % cols], expected)) << layers[l]->name << " " << cell;
     }
+}
+
+TEST(Raster, SquaresOfAnyEdgeAreSampled) {
+  const MemoryMap map = test::rolling_map(3);
+  const RasterLayer* layers[] = {find_raster_layer("elevation"), find_raster_layer("cost")};
+  const Window window = sample_window(map, -3.3, 7.1, 0.7, 90, 150, layers);
+  const CellBox whole{0, 0, 48, 48};
+  const Window squares = cut_window(map, 0, whole, layers);
+  for (std::size_t row = 0; row < window.rows; ++row)
+    for (std::size_t col = 0; col < window.cols; ++col) {
+      const double x = -3.3 + (static_cast<double>(col) + 0.5) * 0.7;
+      const double y = 7.1 + (static_cast<double>(window.rows - 1 - row) + 0.5) * 0.7;
+      const SurfacePoint s = surface_at(map, x, y);
+      const float expected = s.state == NodeState::kUnknown ? NAN : static_cast<float>(s.z_m);
+      ASSERT_TRUE(same(window.values[0][row * window.cols + col], expected)) << x << " " << y;
+      const auto square = [](double m) { return static_cast<std::size_t>(m / 2); };
+      if (x >= 0 && x < 96 && y < 96)
+        ASSERT_TRUE(
+            same(window.values[1][row * window.cols + col], squares.values[1][(47 - square(y)) * 48 + square(x)]));
+    }
+  EXPECT_THROW(sample_window(map, 0, 0, 0, 1, 1, layers), Error);
+  EXPECT_THROW(sample_window(map, NAN, 0, 1, 1, 1, layers), Error);
+  EXPECT_THROW(sample_window(map, 0, 0, 1, 0, 1, layers), Error);
+  EXPECT_THROW(sample_window(map, 0, 0, 1, 1ull << 40, 1ull << 40, layers), Error);
 }
 
 TEST(Raster, NoWindowIsTooLarge) {
