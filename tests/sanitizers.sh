@@ -12,6 +12,7 @@ case $kind in
   asan)
     export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1:detect_stack_use_after_return=1
     export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
+    export LSAN_OPTIONS=suppressions=$PWD/tests/sanitizers.supp:print_suppressions=0
     cmake --preset asan > /dev/null
     cmake --build --preset asan
     exec ctest --preset asan --parallel 2 "$@"

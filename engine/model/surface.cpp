@@ -27,6 +27,16 @@ Located locate(const TileSource& map, double x_m, double y_m) {
   return {std::move(tile), x_mm, y_mm};
 }
 
+// The node that holds the place. The centre of a square belongs to all four: to the first of them that has a surface.
+NodeId node_with_surface(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm) {
+  const Lattice lattice(tile.resolution_mm);
+  NodeId id = lattice.node_at(x_mm, y_mm);
+  const auto unknown = [&] { return tile.nodes[tile.node_index(id)].state == NodeState::kUnknown; };
+  if (!unknown() || x_mm != lattice.centre_x_mm(id.cell) || y_mm != lattice.centre_y_mm(id.cell)) return id;
+  while (id.triangle + 1 < kTriangles && unknown()) ++id.triangle;
+  return id;
+}
+
 void set_normal(double gx, double gy, double (&normal)[3]) {
   const double length = std::sqrt(1 + gx * gx + gy * gy);
   normal[0] = -gx / length;
@@ -38,7 +48,7 @@ void set_normal(double gx, double gy, double (&normal)[3]) {
 
 SurfacePoint surface_in(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm) {
   const Lattice lattice(tile.resolution_mm);
-  const NodeId id = lattice.node_at(x_mm, y_mm);
+  const NodeId id = node_with_surface(tile, x_mm, y_mm);
   const NodeSurface& node = tile.nodes[tile.node_index(id)];
   SurfacePoint out;
   out.state = node.state;

@@ -190,7 +190,7 @@ BTMS_WIDE void complete_level_square(LevelNode* nodes, const std::array<bool, kT
   }
   const std::span<const LevelTerms> used{scratch.terms.data(), n};
   const Lanes s = to_lanes(sums.k), z = to_lanes(sums.kz);
-  const Lanes shrunk = z / (s + (rules.first() ? 0.0 : q.shrink * kKernelUnit)), sd = spread(used, z / s);
+  const Lanes shrunk = z / (s + (rules.first() ? 0.0 : q.shrink * kKernelUnit)), sd = spread(used, s > 0.0 ? z / s : Lanes{});
   const Lanes support = s / kKernelUnit;
   const Lanes weight = (q.completed_weight * support / (support + 1.0) + q.least_weight) * kWeightUnit;
   const PriorPlane none;

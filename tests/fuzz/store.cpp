@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 
+#include "engine/model/square_layers.h"
 #include "engine/tiling/record.h"
 
 #include "io/store/chunk_codec.h"

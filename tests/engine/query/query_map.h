@@ -28,8 +28,8 @@ inline MemoryMap rolling_map(std::int32_t tiles_across) {
           tile.corner_mm[tile.corner_index({col, row})] = height_mm(2.0 * col, 2.0 * row);
           if (!box.contains({col, row})) continue;
           const std::size_t cell = tile.cell_index({col, row});
-          tile.centre_mm[cell] = height_mm(2.0 * col + 1, 2.0 * row + 1);
           const bool unknown = random.between(0, 19) == 0;
+          if (!unknown) tile.centre_mm[cell] = height_mm(2.0 * col + 1, 2.0 * row + 1);
           for (std::size_t t = 0; t < kTriangles; ++t) {
             NodeSurface& node = tile.nodes[cell * kTriangles + t];
             if (unknown) continue;

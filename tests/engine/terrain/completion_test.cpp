@@ -234,6 +234,7 @@ Longhand predict_longhand(std::span<const Neighbour> near, std::uint8_t t, const
   std::int64_t squares = 0;
   for (const Term& i : terms) {
     const double expected = out.z_mm + gx * static_cast<double>(i.x - x) + gy * static_cast<double>(i.y - y);
+    if (i.coarse == 0) continue;  // of a neighbourhood without any, `expected` is not a number
     const auto e =
         static_cast<std::int64_t>(std::clamp(round_half_up(static_cast<double>(i.z) - expected), -16384.0, 16384.0));
     squares += i.coarse * e * e;

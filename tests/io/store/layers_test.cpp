@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/model/square_layers.h"
 #include "io/store/chunk_codec.h"
 #include "tests/io/store/made_map.h"
 
