@@ -134,7 +134,7 @@ VehicleLimits no_limits() {
   VehicleLimits limits;
   limits.slope_deg = 90;
   limits.step_m = 1000;
-  limits.clearance_m = 0;
+  limits.height_m = 0;
   limits.unknown_is_safe = true;
   return limits;
 }

@@ -62,6 +62,6 @@ echo "the planted race was found"
 
 cmake --preset tsan -DTBB_DIR="$tbb/lib/cmake/TBB" > /dev/null
 cmake --build --preset tsan --target btms_tests btms_invariance
-filter=${1:-'AboveTheSurface*:Build*:Digest*:Label*:Layer*:MapFolder*:MapStore*:Paged*:ScanSegmenter*:Threads*:Trajectory*'}
+filter=${1:-'AboveTheSurface*:Build*:Digest*:Label*:Layer*:MapFolder*:MapStore*:Paged*:ScanSegmenter*:Terrain*:Threads*:TileCache*:Trajectory*'}
 build/tsan/bin/btms_tests --gtest_filter="$filter"
 build/tsan/bin/btms_invariance

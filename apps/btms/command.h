@@ -28,5 +28,6 @@ Command add_params(CLI::App& btms);
 Command add_sweep(CLI::App& btms);
 Command add_synth(CLI::App& btms);
 Command add_accumulate(CLI::App& btms);
+Command add_serve(CLI::App& btms);
 
 }  // namespace btms

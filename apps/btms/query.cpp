@@ -125,7 +125,7 @@ VehicleLimits limits_for(const QueryCommand& command, const Parameters& paramete
   VehicleLimits limits = limits_of(parameters);
   limits.slope_deg = command.max_slope_deg.value_or(limits.slope_deg);
   limits.step_m = command.max_step_m.value_or(limits.step_m);
-  limits.clearance_m = command.height_m.value_or(limits.clearance_m);
+  limits.height_m = command.height_m.value_or(limits.height_m);
   limits.unknown_is_safe = command.unknown_is_safe;
   return limits;
 }

@@ -36,13 +36,12 @@ void print_check(const Terrain& terrain, std::span<const Place> line, double len
   if (json) {
     const auto number = [](double n) { return std::isfinite(n) ? Json(tidy(n)) : Json(); };
     Json bad;
-    if (!a.safe)
-      bad = {{"x", number(a.first_bad.x_m)}, {"y", number(a.first_bad.y_m)}, {"reason", hazard_name(a.first)}};
+    if (!a.safe) bad = {{"x", number(a.at.x_m)}, {"y", number(a.at.y_m)}, {"reason", hazard_name(a.hazard)}};
     print_json(Json{{"is_safe", a.safe}, {"traversability", tidy(a.traversability)}, {"first_bad", bad}});
   } else if (a.safe) {
     print_line(fmt::format("safe, traversability {:.3f}", a.traversability));
   } else {
-    print_line(fmt::format("not safe: {} at {:.3f} {:.3f}", hazard_name(a.first), a.first_bad.x_m, a.first_bad.y_m));
+    print_line(fmt::format("not safe: {} at {:.3f} {:.3f}", hazard_name(a.hazard), a.at.x_m, a.at.y_m));
   }
 }
 

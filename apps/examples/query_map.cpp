@@ -38,9 +38,9 @@ void ask(const char* folder, btms::Place from, btms::Place to) {
   if (path.safe)
     std::printf("safe, traversability %.2f\n", path.traversability);
   else
-    std::printf("not safe: %s at %.1f %.1f\n", btms::hazard_name(path.first), path.first_bad.x_m, path.first_bad.y_m);
+    std::printf("not safe: %s at %.1f %.1f\n", btms::hazard_name(path.hazard), path.at.x_m, path.at.y_m);
 
-  if (const auto place = btms::nearest_traversable(terrain, to, 20.0, limits, 1.0))
+  if (const auto place = btms::nearest_traversable(terrain, to, 1.0, 20.0, limits))
     std::printf("the nearest place to stand at the end is %.1f %.1f\n", place->x_m, place->y_m);
 }
 

@@ -14,62 +14,15 @@
 namespace btms {
 namespace {
 
-double share_of(double value, double limit) {
-  if (!(limit >= 0)) return std::numeric_limits<double>::infinity();
-  return value == 0 ? 0 : value / limit;
-}
-
-// Limits in the units of the layers.
-class Judge {
- public:
-  Judge(const VehicleLimits& limits, double r_mm)
-      : limits_(limits),
-        steepest_rise_mm_(rise_mm(limits.slope_deg, r_mm)),
-        step_mm_(limits.step_m * 1000),
-        roughness_mm_(limits.roughness_m * 1000),
-        clearance_mm_(limits.clearance_m * 1000),
-        rough_has_limit_(!(limits.roughness_m == std::numeric_limits<double>::infinity())) {}
-
-  // Raises `worst` to the node's share of a limit.
-  Hazard judge(const TerrainTile& tile, NodeId id, double& worst) const {
-    const NodeSurface& node = tile.nodes[tile.node_index(id)];
-    if (node.state == NodeState::kObstacle) return Hazard::kObstacle;
-    if (node.state == NodeState::kUnknown || node.state == NodeState::kFilled ||
-        (node.state == NodeState::kPredicted && !limits_.predicted_is_safe))
-      return nothing_known();
-    const auto rise2 = static_cast<double>(FinalPlane::through(id.triangle, tile.corners_mm(id)).rise2_mm2());
-    const double slope = share_of(std::sqrt(rise2), steepest_rise_mm_);
-    if (!(slope <= 1)) return Hazard::kSlope;
-    const double step = share_of(node.step_mm, step_mm_);
-    if (!(step <= 1)) return Hazard::kStep;
-    const double rough = rough_has_limit_ ? share_of(node.roughness_mm, roughness_mm_)
-                                          : std::min(1.0, share_of(2 * node.roughness_mm, step_mm_));
-    if (!(rough <= 1)) return Hazard::kRoughness;
-    if (node.clearance_mm != kNothingAbove && !(node.clearance_mm >= clearance_mm_)) return Hazard::kClearance;
-    worst = std::max({worst, slope, step, rough});
-    return Hazard::kNone;
-  }
-  Hazard nothing_known() const { return limits_.unknown_is_safe ? Hazard::kNone : Hazard::kUnknown; }
-  Hazard no_map() const { return limits_.unknown_is_safe ? Hazard::kNone : Hazard::kOutside; }
-
- private:
-  static double rise_mm(double slope_deg, double r_mm) {
-    if (slope_deg >= 90) return std::numeric_limits<double>::infinity();
-    return slope_deg >= 0 ? r_mm * sine(radians(slope_deg)) / cosine(radians(slope_deg))
-                          : std::numeric_limits<double>::quiet_NaN();
-  }
-
-  VehicleLimits limits_;
-  double steepest_rise_mm_, step_mm_, roughness_mm_, clearance_mm_;
-  bool rough_has_limit_;
-};
-
 struct Box {
   std::int64_t min_x, min_y, max_x, max_y;  // mm
 };
 
 constexpr std::int64_t kMostReach_mm = std::int64_t{1} << 29;  // products of offsets fit 64 bits
 
+void check_radius(double radius_m) {
+  if (!(radius_m >= 0)) throw Error(ErrorCode::kUsage, "a radius is a number of metres, not below zero");
+}
 void check_reach(double reach_m) {
   if (!(reach_m * 1000 <= static_cast<double>(kMostReach_mm)))
     throw Error(ErrorCode::kUsage, "the shape to check reaches " + std::to_string(reach_m) + " m, which is no vehicle");
@@ -119,8 +72,8 @@ struct Polygon {
 
 CheckAnswer unsafe(Hazard hazard, Place place) {
   CheckAnswer answer;
-  answer.first = hazard;
-  answer.first_bad = place;
+  answer.hazard = hazard;
+  answer.at = place;
   return answer;
 }
 CheckAnswer safe(double worst) {
@@ -128,6 +81,13 @@ CheckAnswer safe(double worst) {
   answer.safe = true;
   answer.traversability = 1 - worst;
   return answer;
+}
+// Returns whether all is safe yet.
+bool add(CheckAnswer& all, const CheckAnswer& next) {
+  const double before = all.traversability;
+  all = next;
+  all.traversability = std::min(before, next.traversability);
+  return all.safe;
 }
 
 Place centroid(const Lattice& lattice, NodeId id) {
@@ -138,7 +98,7 @@ Place centroid(const Lattice& lattice, NodeId id) {
 
 // Row by row from the south, so that the first hazard doesn't depend on how the map is cut into tiles.
 template <class Shape>
-CheckAnswer check(TileCursor& cursor, const Lattice& lattice, const Shape& shape, const Judge& judge) {
+CheckAnswer check(TileCursor& cursor, const Lattice& lattice, const Shape& shape, const HazardRules& rules) {
   const std::int64_t h = lattice.resolution_mm() / 2;
   const Box box = shape.box();
   check_reach(static_cast<double>(std::max(box.max_x - box.min_x, box.max_y - box.min_y)) / 2000);
@@ -153,10 +113,10 @@ CheckAnswer check(TileCursor& cursor, const Lattice& lattice, const Shape& shape
       const TerrainTile* tile = cursor.at(cell);
       for (std::uint8_t t = 0; t < kTriangles; ++t) {
         if (!(mask >> t & 1)) continue;
-        const Hazard hazard = tile               ? judge.judge(*tile, {cell, t}, worst)
-                              : cursor.damaged() ? Hazard::kDamaged
-                                                 : judge.no_map();
+        const HazardRules::Verdict verdict = tile ? rules.of(*tile, {cell, t}) : rules.outside();
+        const Hazard hazard = !tile && cursor.damaged() ? Hazard::kDamaged : verdict.hazard;
         if (hazard != Hazard::kNone) return unsafe(hazard, centroid(lattice, {cell, t}));
+        worst = std::max(worst, verdict.share);
       }
     }
   return safe(worst);
@@ -183,7 +143,7 @@ class MovingFootprint {
   MovingFootprint(const Terrain& terrain, std::span<const Place> footprint, const VehicleLimits& limits)
       : lattice_(terrain.layout().lattice),
         cursor_(terrain.tiles()),
-        judge_(limits, lattice_.resolution_mm()),
+        rules_(limits, lattice_.resolution_mm()),
         footprint_(footprint) {
     check_vertices(footprint);
     for (const Place& p : footprint) {
@@ -196,13 +156,13 @@ class MovingFootprint {
 
   // Everything it does returns whether it is still safe.
   bool stand(Place place, Heading heading) {
-    if (!on_plane(place)) return is_safe(unsafe(Hazard::kOutside, place));
+    if (!on_plane(place)) return add(answer_, unsafe(Hazard::kOutside, place));
     for (std::size_t i = 0; i < footprint_.size(); ++i) {
       const Place f = footprint_[i];
       polygon_.all[i] = to_mm(Place{place.x_m + heading.cos * f.x_m - heading.sin * f.y_m,
                                     place.y_m + heading.sin * f.x_m + heading.cos * f.y_m});
     }
-    return is_safe(check(cursor_, lattice_, polygon_, judge_));
+    return add(answer_, check(cursor_, lattice_, polygon_, rules_));
   }
   bool go(Place from, Place to, Heading heading) {
     const double poses = poses_for(std::hypot(to.x_m - from.x_m, to.y_m - from.y_m));
@@ -236,16 +196,10 @@ class MovingFootprint {
 
  private:
   double poses_for(double way_m) const { return std::max(1.0, std::ceil(way_m / (lattice_.resolution_m() / 2))); }
-  bool is_safe(const CheckAnswer& now) {
-    const double before = answer_.traversability;
-    answer_ = now;
-    answer_.traversability = std::min(before, now.traversability);
-    return now.safe;
-  }
 
   Lattice lattice_;
   TileCursor cursor_;
-  Judge judge_;
+  HazardRules rules_;
   std::span<const Place> footprint_;
   double reach_m_ = 0;
   Polygon polygon_;
@@ -254,45 +208,13 @@ class MovingFootprint {
 
 }  // namespace
 
-VehicleLimits limits_of(const Parameters& parameters) {
-  VehicleLimits limits;
-  limits.slope_deg = parameters.vehicle_max_slope_deg;
-  limits.step_m = parameters.vehicle_max_step_m;
-  limits.clearance_m = parameters.vehicle_height_m;
-  return limits;
-}
-
-const char* hazard_name(Hazard hazard) {
-  switch (hazard) {
-    case Hazard::kSlope:
-      return "slope";
-    case Hazard::kStep:
-      return "step";
-    case Hazard::kRoughness:
-      return "roughness";
-    case Hazard::kClearance:
-      return "clearance";
-    case Hazard::kObstacle:
-      return "obstacle";
-    case Hazard::kUnknown:
-      return "unknown";
-    case Hazard::kOutside:
-      return "outside";
-    case Hazard::kDamaged:
-      return "damaged";
-    case Hazard::kNone:
-      break;
-  }
-  return "none";
-}
-
 CheckAnswer check_disc(const Terrain& terrain, Place centre, double radius_m, const VehicleLimits& limits) {
-  if (!(radius_m >= 0)) throw Error(ErrorCode::kUsage, "the radius of a disc to check is a length, 0 or more");
+  check_radius(radius_m);
   check_reach(radius_m);
   if (!on_plane(centre)) return unsafe(Hazard::kOutside, centre);
   const Lattice lattice = terrain.layout().lattice;
   TileCursor cursor(terrain.tiles());
-  return check(cursor, lattice, Disc{to_mm(centre), to_mm(radius_m)}, Judge(limits, lattice.resolution_mm()));
+  return check(cursor, lattice, Disc{to_mm(centre), to_mm(radius_m)}, HazardRules(limits, lattice.resolution_mm()));
 }
 
 CheckAnswer check_polygon(const Terrain& terrain, std::span<const Place> polygon, const VehicleLimits& limits) {
@@ -304,7 +226,7 @@ CheckAnswer check_polygon(const Terrain& terrain, std::span<const Place> polygon
   }
   const Lattice lattice = terrain.layout().lattice;
   TileCursor cursor(terrain.tiles());
-  return check(cursor, lattice, shape, Judge(limits, lattice.resolution_mm()));
+  return check(cursor, lattice, shape, HazardRules(limits, lattice.resolution_mm()));
 }
 
 CheckAnswer check_pose(const Terrain& terrain, const Pose2& pose, std::span<const Place> footprint,
@@ -333,6 +255,47 @@ CheckAnswer check_path(const Terrain& terrain, std::span<const Place> path, std:
   }
   if (!heading) vehicle.stand(path[0], {});
   return vehicle.answer();
+}
+
+// What lies between two discs is a rectangle; pieces of it, so that the first hazard is one of the first piece.
+CheckAnswer check_path(const Terrain& terrain, std::span<const Place> path, double radius_m,
+                       const VehicleLimits& limits) {
+  if (path.empty()) throw Error(ErrorCode::kUsage, "a path to check needs a place");
+  check_radius(radius_m);
+  check_reach(radius_m);
+  const Lattice lattice = terrain.layout().lattice;
+  const double r_m = lattice.resolution_m(), edge = 2 * radius_m / r_m + 4;
+  double pieces = static_cast<double>(path.size());
+  for (std::size_t i = 1; i < path.size(); ++i)
+    if (on_plane(path[i - 1]) && on_plane(path[i]))
+      pieces += std::hypot(path[i].x_m - path[i - 1].x_m, path[i].y_m - path[i - 1].y_m) / r_m + 1;
+  check_work(pieces * edge * edge * 4);
+
+  TileCursor cursor(terrain.tiles());
+  const HazardRules rules(limits, lattice.resolution_mm());
+  CheckAnswer all = safe(0);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const Place to = path[i];
+    if (!on_plane(to)) return unsafe(Hazard::kOutside, to);
+    if (i > 0 && to != path[i - 1]) {
+      const Place from = path[i - 1];
+      const double dx_m = to.x_m - from.x_m, dy_m = to.y_m - from.y_m, way_m = std::hypot(dx_m, dy_m);
+      const double left_x = -dy_m / way_m * radius_m, left_y = dx_m / way_m * radius_m, n = std::ceil(way_m / r_m);
+      Polygon piece;
+      piece.count = 4;
+      for (double k = 0; k < n; ++k) {
+        const Place a{from.x_m + k / n * dx_m, from.y_m + k / n * dy_m};
+        const Place b{from.x_m + (k + 1) / n * dx_m, from.y_m + (k + 1) / n * dy_m};
+        piece.all[0] = to_mm(Place{a.x_m - left_x, a.y_m - left_y});
+        piece.all[1] = to_mm(Place{b.x_m - left_x, b.y_m - left_y});
+        piece.all[2] = to_mm(Place{b.x_m + left_x, b.y_m + left_y});
+        piece.all[3] = to_mm(Place{a.x_m + left_x, a.y_m + left_y});
+        if (!add(all, check(cursor, lattice, piece, rules))) return all;
+      }
+    }
+    if (!add(all, check(cursor, lattice, Disc{to_mm(to), to_mm(radius_m)}, rules))) return all;
+  }
+  return all;
 }
 
 }  // namespace btms

@@ -13,46 +13,18 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 
+#include "engine/query/hazard.h"
 #include "engine/query/terrain.h"
-#include "engine/terrain/parameters.h"
 
 namespace btms {
 
-// A limit that is negative or NaN is exceeded everywhere.
-struct VehicleLimits {
-  double slope_deg = 20;
-  double step_m = 0.2;
-  double roughness_m = std::numeric_limits<double>::infinity();  // rms
-  double clearance_m = 2;                                        // its height
-  bool unknown_is_safe = false;  // no surface, none but a guess (filled), or no map: where a map ends is not a hazard
-  bool predicted_is_safe = true;
-};
-// The vehicle of the map. Its costs count roughness, but never stop for it.
-VehicleLimits limits_of(const Parameters& parameters);
-
-enum class Hazard : std::uint8_t {
-  kNone,
-  kSlope,
-  kStep,
-  kRoughness,
-  kClearance,
-  kObstacle,
-  kUnknown,
-  kOutside,
-  kDamaged
-};
-const char* hazard_name(Hazard hazard);  // "none", "slope", "step", "roughness", "clearance", "obstacle", ...
-
 struct CheckAnswer {
   bool safe = false;
-  // 1 less the greatest share of a limit seen, of slope, step and roughness (where that has no limit, twice it over
-  // that of the step, at most 1: as the map's own cost); 0 where not safe.
-  double traversability = 0;
-  Hazard first = Hazard::kNone;  // along the path, then by rows from the south
-  Place first_bad;               // centroid of that triangle, or the place that is none; where not safe
+  double traversability = 0;      // 1 less the greatest share of a limit seen (hazard.h); 0 where not safe
+  Hazard hazard = Hazard::kNone;  // the first on the way, then by rows from the south
+  Place at;                       // where: centroid of that triangle, or the place that is none
 };
 
 inline constexpr std::size_t kMostVertices = 1024;
@@ -74,6 +46,9 @@ CheckAnswer check_pose(const Terrain& terrain, const Pose2& pose, std::span<cons
 // the footprint moves further than half the edge of a square. A path of one place is a pose to the east; one without is
 // an Error(kUsage).
 CheckAnswer check_path(const Terrain& terrain, std::span<const Place> path, std::span<const Place> footprint,
+                       const VehicleLimits& limits);
+// A disc along the path: all it sweeps.
+CheckAnswer check_path(const Terrain& terrain, std::span<const Place> path, double radius_m,
                        const VehicleLimits& limits);
 
 }  // namespace btms

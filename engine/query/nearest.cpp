@@ -18,8 +18,8 @@ void for_each_square(Cell middle, std::int32_t ring, const Fn& fn) {
 
 }  // namespace
 
-std::optional<Place> nearest_traversable(const Terrain& terrain, Place place, double most_m,
-                                         const VehicleLimits& limits, double radius_m) {
+std::optional<Place> nearest_traversable(const Terrain& terrain, Place place, double radius_m, double most_m,
+                                         const VehicleLimits& limits) {
   const Lattice lattice = terrain.layout().lattice;
   const std::int64_t r_mm = lattice.resolution_mm();
   const double across = 2 * most_m / lattice.resolution_m() + 3, disc = 2 * radius_m / lattice.resolution_m() + 3;

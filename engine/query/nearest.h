@@ -11,7 +11,7 @@ namespace btms {
 // millimetre) where it is safe, that with the least distance, up to `most_m`. Nothing where there is none, or where
 // `place` is no place. With radius 0 the triangle alone has to be safe. Thread-safe. Throws Error(kUsage) as
 // check_disc(), and when the squares within most_m, each with 4 discs, are more than kMostCheckWork.
-std::optional<Place> nearest_traversable(const Terrain& terrain, Place place, double most_m,
-                                         const VehicleLimits& limits, double radius_m = 0);
+std::optional<Place> nearest_traversable(const Terrain& terrain, Place place, double radius_m, double most_m,
+                                         const VehicleLimits& limits);
 
 }  // namespace btms

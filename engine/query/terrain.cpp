@@ -94,16 +94,15 @@ HeightAnswer Terrain::height(Place place, double z_hint_m) const noexcept {
 }
 
 void Terrain::heights(std::span<const Place> places, std::span<HeightAnswer> answers) const noexcept {
-  TileCursor cursor(*tiles_);
-  const Lattice lattice = layout().lattice;
-  for (std::size_t i = 0; i < places.size(); ++i) answers[i] = answer_at(cursor, lattice, places[i], kNoHint);
+  heights(places, {}, answers);
 }
 
 void Terrain::heights(std::span<const Place> places, std::span<const double> hints_m,
                       std::span<HeightAnswer> answers) const noexcept {
   TileCursor cursor(*tiles_);
   const Lattice lattice = layout().lattice;
-  for (std::size_t i = 0; i < places.size(); ++i) answers[i] = answer_at(cursor, lattice, places[i], hints_m[i]);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    answers[i] = answer_at(cursor, lattice, places[i], hints_m.empty() ? kNoHint : hints_m[i]);
 }
 
 Terrain::Detail Terrain::detail(Place place) const {

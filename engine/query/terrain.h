@@ -58,8 +58,8 @@ class Terrain {
   // (metres, of the same frame) the surface nearest to it. Heights of the terrain are those of surface_at(), to the
   // bit.
   HeightAnswer height(Place place, double z_hint_m = kNoHint) const noexcept;
-  // The same of many: answers[i] of places[i], with hints_m[i]. Places that follow each other in a tile are cheaper.
-  // Precondition: equal sizes.
+  // The same of many: answers[i] of places[i], with hints_m[i] where there are any. Places that follow each other in a
+  // tile are cheaper. Precondition: equal sizes.
   void heights(std::span<const Place> places, std::span<HeightAnswer> answers) const noexcept;
   void heights(std::span<const Place> places, std::span<const double> hints_m,
                std::span<HeightAnswer> answers) const noexcept;

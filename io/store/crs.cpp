@@ -169,6 +169,14 @@ Crs describe_crs(const std::string& text) {
   if (type == PJ_TYPE_VERTICAL_CRS || type == PJ_TYPE_GEOCENTRIC_CRS || type == PJ_TYPE_TEMPORAL_CRS)
     throw fail("has no plane coordinates");
 
+  for (const PJ* named : {const_cast<const PJ*>(object.get()), horizontal}) {
+    const char *authority = proj_get_id_auth_name(named, 0), *code = proj_get_id_code(named, 0);
+    if (authority && code && std::string_view(authority) == "EPSG") crs.epsg = std::atoi(code);
+  }
+  if (horizontal != object.get())
+    if (const Object vertical(proj_crs_get_sub_crs(context.get(), object.get(), 1)); vertical)
+      crs.vertical_name = proj_get_name(vertical.get());
+
   const Object system(proj_crs_get_coordinate_system(context.get(), horizontal));
   double unit = 1;
   crs.vertical_unit_m = vertical_unit(context.get(), object.get(), system.get());

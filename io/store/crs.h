@@ -16,6 +16,8 @@ struct Crs {
   bool is_geographic = false;                              // coordinates are angles
   double linear_unit_m = 1;                                // metres per unit of x and y; 1 when geographic
   double vertical_unit_m = 0;                              // metres per unit of stated heights; 0: none are stated
+  int epsg = 0;                                            // code of the whole or of its horizontal part; 0: none
+  std::string vertical_name;                               // of a compound system's second part, or empty
   std::string height_standard_name;                        // CF name of heights, or empty when unknown
 };
 

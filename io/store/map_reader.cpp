@@ -126,7 +126,11 @@ class FolderReader final : public MapReader {
 }  // namespace
 
 std::unique_ptr<MapReader> MapReader::open(const fs::path& folder, Trust trust) {
-  return std::make_unique<FolderReader>(folder, read_manifest(folder), trust);
+  return open(folder, read_manifest(folder), trust);
+}
+
+std::unique_ptr<MapReader> MapReader::open(const fs::path& folder, Manifest manifest, Trust trust) {
+  return std::make_unique<FolderReader>(folder, std::move(manifest), trust);
 }
 
 }  // namespace btms

@@ -15,6 +15,8 @@
 
 namespace btms {
 
+struct Manifest;  // manifest.h
+
 struct InputRecord {
   std::string name;
   std::uint64_t points = 0;
@@ -97,6 +99,9 @@ class MapReader : public TileSource {
   // Throws Error(kBadInput) when it is not a map, Error(kVerification) when the manifest's own hash is wrong.
   // With kUntrusted no other thread may write maps meanwhile (see read_layers_sandboxed).
   static std::unique_ptr<MapReader> open(const std::filesystem::path& folder, Trust trust = Trust::kTrusted);
+  // Of a manifest that read_manifest() has read.
+  static std::unique_ptr<MapReader> open(const std::filesystem::path& folder, Manifest manifest,
+                                         Trust trust = Trust::kTrusted);
   virtual const MapInfo& info() const = 0;
 };
 

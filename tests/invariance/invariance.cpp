@@ -62,7 +62,9 @@ std::vector<Way> all_ways(const std::vector<std::int32_t>& tile_cells) {
       ways.push_back({cells, "ranks:2", inputs});
       ways.push_back({cells, "ranks:3", inputs});
     }
+#ifndef __SANITIZE_THREAD__  // it knows nothing of threads that begin after a fork
     ways.push_back({cells, "ranks:2x2", "split"});  // two threads in each rank
+#endif
     ways.push_back({cells, "ranks:2", "shuffled", false, true});
   }
   for (const std::int32_t cells : tile_cells) {

@@ -32,13 +32,19 @@ CellBox around(PlaceMm at) {
   return {cell.col - 4, cell.row - 4, cell.col + 5, cell.row + 5};
 }
 
-// What the map's own vehicle says of every triangle the shape meets, in the order of rows.
+// What the map's own vehicle says of every triangle the shape meets.
+struct Costs {
+  int worst = 0;
+  NodeId first;  // by rows, that is not traversable
+  bool first_is_there = false;
+  bool safe() const { return worst != kNotTraversable; }
+};
 template <class Meets>
-void expect_as_costs(const CheckAnswer& answer, const MemoryMap& map, const CellBox& box, const Parameters& p,
-                     const Meets& meets) {
+Costs costs_under(const MemoryMap& map, PlaceMm about, const Parameters& p, const Meets& meets) {
   const Vehicle vehicle(p);
   const Lattice lattice(2000);
-  int worst = 0;
+  const CellBox box = around(about);
+  Costs costs;
   for (std::int32_t row = box.row0; row < box.row1; ++row)
     for (std::int32_t col = box.col0; col < box.col1; ++col)
       for (std::uint8_t t = 0; t < kTriangles; ++t) {
@@ -47,20 +53,28 @@ void expect_as_costs(const CheckAnswer& answer, const MemoryMap& map, const Cell
         const auto tile = map.load(map.layout().grid.tile_of(id.cell));
         const bool there = tile && tile->box.contains(id.cell);
         const int cost =
-            there ? vehicle.cost(tile->nodes[tile->node_index(id)], FinalPlane::through(t, tile->corners_mm(id)))
-                  : kNotTraversable;
-        if (cost == kNotTraversable) {
-          ASSERT_FALSE(answer.safe);
-          ASSERT_EQ(answer.traversability, 0);
-          ASSERT_EQ(answer.first == Hazard::kOutside, !there);
-          const PlaceMm bad = to_mm(answer.first_bad);
-          ASSERT_EQ(lattice.node_at(bad.x, bad.y), id);
-          return;
+            !there ? kNotTraversable
+                   : vehicle.cost(tile->nodes[tile->node_index(id)], FinalPlane::through(t, tile->corners_mm(id)));
+        if (cost == kNotTraversable && costs.safe()) {
+          costs.first = id;
+          costs.first_is_there = there;
         }
-        worst = std::max(worst, cost);
+        costs.worst = std::max(costs.worst, cost);
       }
-  ASSERT_TRUE(answer.safe) << hazard_name(answer.first);
-  ASSERT_EQ(static_cast<int>(254 * (1 - answer.traversability) + 0.5), worst);
+  return costs;
+}
+
+void expect_worst(const CheckAnswer& answer, const Costs& costs) {
+  ASSERT_EQ(answer.safe, costs.safe()) << hazard_name(answer.hazard);
+  if (answer.safe) ASSERT_EQ(static_cast<int>(254 * (1 - answer.traversability) + 0.5), costs.worst);
+}
+void expect_as_costs(const CheckAnswer& answer, const Costs& costs) {
+  expect_worst(answer, costs);
+  if (answer.safe) return;
+  ASSERT_EQ(answer.traversability, 0);
+  ASSERT_EQ(answer.hazard == Hazard::kOutside, !costs.first_is_there);
+  const PlaceMm bad = to_mm(answer.at);
+  ASSERT_EQ(Lattice(2000).node_at(bad.x, bad.y), costs.first);
 }
 
 TEST(Footprint, DiscsAreTheCostsOfTheTrianglesUnderThem) {
@@ -74,7 +88,8 @@ TEST(Footprint, DiscsAreTheCostsOfTheTrianglesUnderThem) {
     const Parameters p = car(random);
     const CheckAnswer answer = check_disc(terrain, {static_cast<double>(at.x) / 1000, static_cast<double>(at.y) / 1000},
                                           static_cast<double>(reach) / 1000, limits_of(p));
-    expect_as_costs(answer, *map, around(at), p, [&](const auto& corners) { return disc_meets(corners, at, reach); });
+    expect_as_costs(answer,
+                    costs_under(*map, at, p, [&](const auto& corners) { return disc_meets(corners, at, reach); }));
     if (testing::Test::HasFatalFailure()) return;
     safe += answer.safe;
   }
@@ -97,8 +112,37 @@ TEST(Footprint, PolygonsAreTheCostsOfTheTrianglesUnderThem) {
     }
     const Parameters p = car(random);
     const CheckAnswer answer = check_polygon(terrain, polygon, limits_of(p));
-    expect_as_costs(answer, *map, around(at), p,
-                    [&](const auto& corners) { return polygons_meet(corners, polygon_mm); });
+    expect_as_costs(answer,
+                    costs_under(*map, at, p, [&](const auto& corners) { return polygons_meet(corners, polygon_mm); }));
+    if (testing::Test::HasFatalFailure()) return;
+    safe += answer.safe;
+  }
+  EXPECT_GT(safe, 100);
+}
+
+TEST(Footprint, ADiscAlongAPathSweepsACapsule) {
+  const auto map = hazard_map(16);
+  const Terrain terrain(map);
+  Random random(9);
+  int safe = 0;
+  for (int round = 0; round < 1500; ++round) {
+    const PlaceMm from{random.between(0, 96000), random.between(0, 96000)};
+    PlaceMm to = from;
+    (round % 2 == 0 ? to.x : to.y) += random.between(-5000, 5000);
+    const std::int64_t reach = random.between(0, 1000);
+    const Parameters p = car(random);
+    const auto metres = [](PlaceMm at) {
+      return Place{static_cast<double>(at.x) / 1000, static_cast<double>(at.y) / 1000};
+    };
+    const std::vector<Place> path = {metres(from), metres(to)};
+    const CheckAnswer answer = check_path(terrain, path, static_cast<double>(reach) / 1000, limits_of(p));
+    expect_worst(
+        answer, costs_under(*map, from, p, [&](const auto& corners) {
+          if (polygons_meet(corners, {from, to}) || disc_meets(corners, from, reach) || disc_meets(corners, to, reach))
+            return true;
+          return std::any_of(corners.begin(), corners.end(),
+                             [&](PlaceMm corner) { return test::within(from, to, corner, reach); });
+        }));
     if (testing::Test::HasFatalFailure()) return;
     safe += answer.safe;
   }
@@ -106,7 +150,7 @@ TEST(Footprint, PolygonsAreTheCostsOfTheTrianglesUnderThem) {
 }
 
 bool operator==(const CheckAnswer& a, const CheckAnswer& b) {
-  return a.safe == b.safe && a.traversability == b.traversability && a.first == b.first && a.first_bad == b.first_bad;
+  return a.safe == b.safe && a.traversability == b.traversability && a.hazard == b.hazard && a.at == b.at;
 }
 
 TEST(Footprint, TilesDontMatter) {
@@ -145,7 +189,13 @@ class Yard {
 
 constexpr Place kMiddle{5, 5.5};  // in the north of square 2, 2
 
-CheckAnswer after(void (*change)(NodeSurface&), const VehicleLimits& limits = {}) {
+VehicleLimits tall() {
+  VehicleLimits limits;
+  limits.height_m = 2;
+  return limits;
+}
+
+CheckAnswer after(void (*change)(NodeSurface&), const VehicleLimits& limits = tall()) {
   Yard yard;
   change(yard.node({2, 2}, kNorth));
   return check_disc(yard.terrain(), kMiddle, 0.1, limits);
@@ -153,30 +203,30 @@ CheckAnswer after(void (*change)(NodeSurface&), const VehicleLimits& limits = {}
 
 TEST(Footprint, EveryHazardHasItsName) {
   EXPECT_EQ(after([](NodeSurface&) {}).traversability, 1);
-  EXPECT_EQ(after([](NodeSurface& n) { n.step_mm = 201; }).first, Hazard::kStep);
+  EXPECT_EQ(after([](NodeSurface& n) { n.step_mm = 201; }).hazard, Hazard::kStep);
   EXPECT_EQ(after([](NodeSurface& n) { n.step_mm = 50; }).traversability, 0.75);
   EXPECT_EQ(after([](NodeSurface& n) { n.roughness_mm = 5000; }).traversability, 0) << "as the map's cost";
   EXPECT_TRUE(after([](NodeSurface& n) { n.roughness_mm = 5000; }).safe);
   VehicleLimits smooth;
   smooth.roughness_m = 0.04;
-  EXPECT_EQ(after([](NodeSurface& n) { n.roughness_mm = 41; }, smooth).first, Hazard::kRoughness);
+  EXPECT_EQ(after([](NodeSurface& n) { n.roughness_mm = 41; }, smooth).hazard, Hazard::kRoughness);
   EXPECT_EQ(after([](NodeSurface& n) { n.roughness_mm = 10; }, smooth).traversability, 0.75);
-  EXPECT_EQ(after([](NodeSurface& n) { n.clearance_mm = 1999; }).first, Hazard::kClearance);
+  EXPECT_EQ(after([](NodeSurface& n) { n.clearance_mm = 1999; }).hazard, Hazard::kClearance);
   EXPECT_TRUE(after([](NodeSurface& n) { n.clearance_mm = 2000; }).safe);
-  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kObstacle; }).first, Hazard::kObstacle);
-  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kUnknown; }).first, Hazard::kUnknown);
-  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kFilled; }).first, Hazard::kUnknown);
+  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kObstacle; }).hazard, Hazard::kObstacle);
+  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kUnknown; }).hazard, Hazard::kUnknown);
+  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kFilled; }).hazard, Hazard::kUnknown);
   EXPECT_TRUE(after([](NodeSurface& n) { n.state = NodeState::kPredicted; }).safe);
   VehicleLimits seen;
   seen.predicted_is_safe = false;
-  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kPredicted; }, seen).first, Hazard::kUnknown);
+  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kPredicted; }, seen).hazard, Hazard::kUnknown);
   seen.unknown_is_safe = true;
   EXPECT_TRUE(after([](NodeSurface& n) { n.state = NodeState::kPredicted; }, seen).safe);
   EXPECT_FALSE(after([](NodeSurface& n) { n.state = NodeState::kObstacle; }, seen).safe);
 
   Yard slope;
   slope.tile().centre_mm[slope.tile().cell_index({2, 2})] = 400;  // 0.4 m over 1 m
-  EXPECT_EQ(check_disc(slope.terrain(), kMiddle, 0, {}).first, Hazard::kSlope);
+  EXPECT_EQ(check_disc(slope.terrain(), kMiddle, 0, {}).hazard, Hazard::kSlope);
   VehicleLimits climber;
   climber.slope_deg = 22;
   EXPECT_NEAR(check_disc(slope.terrain(), kMiddle, 0, climber).traversability,
@@ -187,8 +237,8 @@ TEST(Footprint, EveryHazardHasItsName) {
 
 TEST(Footprint, OutsideAndDamaged) {
   const Terrain yard = Yard().terrain();
-  EXPECT_EQ(check_disc(yard, {11.5, 5}, 0.6, {}).first, Hazard::kOutside);
-  EXPECT_EQ(check_disc(yard, {11.5, 5}, 0.5, {}).first, Hazard::kOutside) << "touches the border";
+  EXPECT_EQ(check_disc(yard, {11.5, 5}, 0.6, {}).hazard, Hazard::kOutside);
+  EXPECT_EQ(check_disc(yard, {11.5, 5}, 0.5, {}).hazard, Hazard::kOutside) << "touches the border";
   EXPECT_TRUE(check_disc(yard, {11.5, 5}, 0.499, {}).safe);
   VehicleLimits explorer;
   explorer.unknown_is_safe = true;
@@ -199,7 +249,7 @@ TEST(Footprint, OutsideAndDamaged) {
   const MemoryMap map = rolling_map(2);
   const auto source = std::make_shared<CountingMap>(map);
   source->refuse = true;
-  EXPECT_EQ(check_disc(Terrain(source), {40, 40}, 0.5, explorer).first, Hazard::kDamaged);
+  EXPECT_EQ(check_disc(Terrain(source), {40, 40}, 0.5, explorer).hazard, Hazard::kDamaged);
 }
 
 TEST(Footprint, LimitsThatAreNoNumbersAreExceeded) {
@@ -207,7 +257,8 @@ TEST(Footprint, LimitsThatAreNoNumbersAreExceeded) {
   VehicleLimits level;
   level.slope_deg = level.step_m = 0;
   EXPECT_TRUE(check_disc(yard, kMiddle, 1, level).safe) << "level ground keeps limits of nothing";
-  for (double VehicleLimits::*limit : {&VehicleLimits::slope_deg, &VehicleLimits::step_m, &VehicleLimits::roughness_m})
+  for (double VehicleLimits::*limit :
+       {&VehicleLimits::slope_deg, &VehicleLimits::step_m, &VehicleLimits::roughness_m, &VehicleLimits::height_m})
     for (const double bad : {std::nan(""), -1.0}) {
       VehicleLimits limits;
       limits.*limit = bad;
@@ -220,7 +271,7 @@ TEST(Footprint, ShapesThatAreNoneAreRefused) {
   for (const double radius : {-1.0, std::nan(""), kInfinity, 1e300, 1e6, 2.1e3})
     EXPECT_THROW(check_disc(yard, kMiddle, radius, {}), Error) << radius;
   const Place nowhere{kInfinity, 0};
-  EXPECT_EQ(check_disc(yard, nowhere, 1, {}).first, Hazard::kOutside);
+  EXPECT_EQ(check_disc(yard, nowhere, 1, {}).hazard, Hazard::kOutside);
   const std::vector<Place> two = {{1, 1}, {2, 2}, {1, 1}, {2, 2}}, none;
   EXPECT_THROW(check_polygon(yard, two, {}), Error);
   EXPECT_THROW(check_polygon(yard, none, {}), Error);
@@ -230,15 +281,20 @@ TEST(Footprint, ShapesThatAreNoneAreRefused) {
   EXPECT_TRUE(check_polygon(yard, line, {}).safe);
   EXPECT_THROW(check_polygon(yard, giant, {}), Error);
   EXPECT_THROW(check_polygon(yard, thin, {}), Error);
-  EXPECT_EQ(check_polygon(yard, lost, {}).first, Hazard::kOutside);
+  EXPECT_EQ(check_polygon(yard, lost, {}).hazard, Hazard::kOutside);
   EXPECT_THROW(check_pose(yard, {kMiddle, 0}, lost, {}), Error) << "a footprint is a shape, not a place";
   EXPECT_THROW(check_pose(yard, {kMiddle, 0}, giant, {}), Error);
   EXPECT_FALSE(check_pose(yard, {kMiddle, kInfinity}, line, {}).safe);
   EXPECT_FALSE(check_pose(yard, {nowhere, 0}, line, {}).safe);
   EXPECT_THROW(check_path(yard, none, line, {}), Error);
+  EXPECT_THROW(check_path(yard, none, 1, {}), Error);
+  EXPECT_THROW(check_path(yard, line, -1, {}), Error);
+  EXPECT_THROW(check_path(yard, line, 1e4, {}), Error);
+  EXPECT_EQ(check_path(yard, std::vector<Place>{kMiddle, nowhere, kMiddle}, 0.1, {}).hazard, Hazard::kOutside);
   const std::vector<Place> far = {{0, 0}, {6e7, 6e7}};
   EXPECT_THROW(check_path(yard, far, line, {}), Error);
-  EXPECT_EQ(check_path(yard, std::vector<Place>{kMiddle, nowhere, kMiddle}, line, {}).first, Hazard::kOutside);
+  EXPECT_THROW(check_path(yard, far, 1, {}), Error);
+  EXPECT_EQ(check_path(yard, std::vector<Place>{kMiddle, nowhere, kMiddle}, line, {}).hazard, Hazard::kOutside);
 }
 
 const std::vector<Place> kBody = {{-0.5, -0.4}, {1, -0.4}, {1, 0.4}, {-0.5, 0.4}};
@@ -285,9 +341,9 @@ TEST(Footprint, TurningSweepsToo) {
   EXPECT_TRUE(check_path(terrain, std::span(bend).first(2), boom, {}).safe);
   EXPECT_TRUE(check_path(terrain, std::span(bend).last(2), boom, {}).safe);
   const CheckAnswer answer = check_path(terrain, bend, boom, {});
-  EXPECT_EQ(answer.first, Hazard::kObstacle);
-  EXPECT_NEAR(answer.first_bad.x_m, 9, 1e-9);
-  EXPECT_NEAR(answer.first_bad.y_m, 8 + 1 / 3.0, 1e-9);
+  EXPECT_EQ(answer.hazard, Hazard::kObstacle);
+  EXPECT_NEAR(answer.at.x_m, 9, 1e-9);
+  EXPECT_NEAR(answer.at.y_m, 8 + 1 / 3.0, 1e-9);
   const std::vector<Place> other_way = {{6.5, 4}, {6.5, 5}, {5, 5}};
   EXPECT_TRUE(check_path(terrain, other_way, boom, {}).safe) << "the shorter way round, by the north-west";
 }
@@ -298,8 +354,8 @@ TEST(Footprint, TheFirstHazardOfAPath) {
   yard.node({2, 2}, kWest).state = NodeState::kObstacle;
   const Terrain terrain = yard.terrain();
   const std::vector<Place> east = {{2, 5}, {10, 5}}, west = {{10, 5}, {2, 5}}, stand = {{3, 5}, {3, 5}};
-  EXPECT_EQ(check_path(terrain, east, kBody, {}).first, Hazard::kObstacle);
-  EXPECT_EQ(check_path(terrain, west, kBody, {}).first, Hazard::kStep);
+  EXPECT_EQ(check_path(terrain, east, kBody, {}).hazard, Hazard::kObstacle);
+  EXPECT_EQ(check_path(terrain, west, kBody, {}).hazard, Hazard::kStep);
   EXPECT_TRUE(check_path(terrain, stand, kBody, {}) == check_pose(terrain, {{3, 5}, 0}, kBody, {}));
 }
 

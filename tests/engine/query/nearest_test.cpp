@@ -24,7 +24,7 @@ TEST(Nearest, IsTheNearestOfAll) {
     const Place from{static_cast<double>(random.between(-6000, 100000)) / 1000,
                      static_cast<double>(random.between(-6000, 100000)) / 1000};
     const double radius = round % 3 * 0.6, most = round % 5 * 2;
-    const std::optional<Place> found = nearest_traversable(terrain, from, most, limits, radius);
+    const std::optional<Place> found = nearest_traversable(terrain, from, radius, most, limits);
     if (check_disc(terrain, from, radius, limits).safe) {
       ASSERT_EQ(found, from);
       ++here;
@@ -54,12 +54,12 @@ TEST(Nearest, IsTheNearestOfAll) {
 
 TEST(Nearest, NowhereAndTooFar) {
   const Terrain terrain(hazard_map(16));
-  EXPECT_FALSE(nearest_traversable(terrain, {NAN, 1}, 10, {}));
-  EXPECT_FALSE(nearest_traversable(terrain, {-500, 1}, 10, {}));
-  EXPECT_THROW(nearest_traversable(terrain, {1, 1}, NAN, {}), Error);
-  EXPECT_THROW(nearest_traversable(terrain, {1, 1}, -1, {}), Error);
-  EXPECT_THROW(nearest_traversable(terrain, {1, 1}, 1e6, {}), Error);
-  EXPECT_THROW(nearest_traversable(terrain, {1, 1}, INFINITY, {}), Error);
+  EXPECT_FALSE(nearest_traversable(terrain, {NAN, 1}, 0, 10, {}));
+  EXPECT_FALSE(nearest_traversable(terrain, {-500, 1}, 0, 10, {}));
+  EXPECT_THROW(nearest_traversable(terrain, {1, 1}, 0, NAN, {}), Error);
+  EXPECT_THROW(nearest_traversable(terrain, {1, 1}, 0, -1, {}), Error);
+  EXPECT_THROW(nearest_traversable(terrain, {1, 1}, 0, 1e6, {}), Error);
+  EXPECT_THROW(nearest_traversable(terrain, {1, 1}, 0, INFINITY, {}), Error);
 }
 
 }  // namespace

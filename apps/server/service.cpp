@@ -1,0 +1,174 @@
+#include "apps/server/service.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "apps/server/handlers.h"
+#include "apps/server/problem.h"
+#include "engine/error.h"
+
+namespace btms {
+namespace {
+
+constexpr Route kRoutes[] = {
+    {"GET", "/healthz", "Whether the server is alive", get_health, nullptr},
+    {"GET", "/readyz", "Whether every map is open", get_ready, nullptr},
+    {"GET", "/metrics", "Counts, in Prometheus' text form", get_metrics, nullptr},
+    {"GET", "/openapi.json", "This description", get_openapi, nullptr},
+    {"GET", "/v1/maps", "The maps that are served", list_maps, nullptr},
+    {"GET", "/v1/maps/{m}", "What a map is: extent, levels, layers", describe_map, nullptr},
+    {"GET", "/v1/maps/{m}/tiles", "The tiles of a level, with validators", list_tiles, nullptr},
+    {"GET", "/v1/maps/{m}/tiles/{}/{}/{}", "One tile: level, column, row", get_tile, get_tile_at_once},
+    {"POST", "/v1/maps/{m}/diff", "What a client that holds tiles has to fetch and to forget", post_diff, nullptr},
+    {"POST", "/v1/maps/{m}/bundle", "Many tiles in one answer", post_bundle, nullptr},
+    {"GET", "/v1/maps/{m}/height", "Height, normal, variance and state of a place", get_height, nullptr},
+    {"POST", "/v1/maps/{m}/height", "The same of many places", post_heights, nullptr},
+    {"POST", "/v1/maps/{m}/profile", "Heights along a line", post_profile, nullptr},
+    {"POST", "/v1/maps/{m}/check", "Whether a vehicle may be at places or along a path", post_check, nullptr},
+    {"GET", "/v1/maps/{m}/events", "What changes: server-sent events, or since=revision", get_events, nullptr},
+    {"GET", "/{*}", "The viewer", get_file, nullptr},
+};
+
+std::vector<std::string> split(const char* pattern) {
+  std::vector<std::string> out;
+  for (const char* at = pattern + 1; *at != 0;) {
+    const char* end = std::strchr(at, '/');
+    if (!end) end = at + std::strlen(at);
+    out.emplace_back(at, end);
+    at = *end ? end + 1 : end;
+  }
+  return out;
+}
+
+struct Matcher {
+  const Route* route;
+  std::vector<std::string> segments;
+
+  bool fits(const std::vector<std::string>& path, Call& call) const {
+    const bool rest = !segments.empty() && segments.back() == "{*}";
+    if (rest ? path.size() < segments.size() - 1 : path.size() != segments.size()) return false;
+    call.arguments.clear();
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      if (segments[i] == "{*}") {
+        call.arguments.emplace_back();
+        for (std::size_t k = i; k < path.size(); ++k) call.arguments.back().append(k > i ? "/" : "").append(path[k]);
+      } else if (segments[i] == "{m}") {
+        call.map_id = path[i];
+      } else if (segments[i] == "{}") {
+        call.arguments.push_back(path[i]);
+      } else if (segments[i] != path[i]) {
+        return false;
+      }
+    }
+    return true;
+  }
+};
+
+const std::vector<Matcher>& matchers() {
+  static const std::vector<Matcher> all = [] {
+    std::vector<Matcher> out;
+    for (const Route& route : kRoutes) out.push_back({&route, split(route.pattern)});
+    return out;
+  }();
+  return all;
+}
+
+// In a time that does not tell how much of it is right.
+bool same_secret(const std::string& a, const std::string& b) {
+  unsigned different = a.size() != b.size();
+  for (std::size_t i = 0; i < a.size(); ++i)
+    different |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b.empty() ? 0 : b[i % b.size()]);
+  return different == 0;
+}
+
+Response response_of(const Error& error) {
+  switch (error.code()) {
+    case ErrorCode::kUsage:
+      return Problem("bad_parameter", error.what()).response();
+    case ErrorCode::kVerification:
+      return Problem("tile_corrupt", error.what()).response();
+    default:
+      return Problem("failed", error.what()).response();
+  }
+}
+
+}  // namespace
+
+std::span<const Route> routes() { return kRoutes; }
+
+const ServerLimits& Call::limits() const { return service.options().limits; }
+
+Service::Service(ServiceOptions options)
+    : options_(std::move(options)), files_(options_.viewer), bodies_(options_.cache_bytes / 2) {
+  for (const auto& folder : options_.maps) {
+    std::string id = map_id(folder);
+    for (const auto& other : maps_)
+      if (other->id() == id)
+        throw Error(ErrorCode::kUsage, "two maps would have the name '" + id + "'", folder.string());
+    maps_.push_back(
+        std::make_unique<ServedMap>(std::move(id), folder, options_.cache_bytes / 2 / options_.maps.size()));
+  }
+}
+
+std::vector<std::string> Service::refresh() {
+  std::vector<std::string> wrong;
+  for (const auto& map : maps_)
+    if (const std::string what = map->refresh(); !what.empty()) wrong.push_back(map->id() + ": " + what);
+  return wrong;
+}
+
+Response Service::answer(const Request& request) const { return *dispatch(request, false); }
+std::optional<Response> Service::answer_at_once(const Request& request) const { return dispatch(request, true); }
+
+std::optional<Response> Service::dispatch(const Request& request, bool at_once) const {
+  const auto began = std::chrono::steady_clock::now();
+  Call call{request, *this, {}, {}, nullptr, nullptr};
+  const Route* route = nullptr;
+  std::optional<Response> response;
+  try {
+    const std::string method = request.method == "HEAD" ? "GET" : request.method;
+    std::vector<std::string> allowed;
+    for (const Matcher& matcher : matchers()) {
+      if (route || (!allowed.empty() && matcher.segments.back() == "{*}") || !matcher.fits(request.path, call))
+        continue;
+      if (method == matcher.route->method)
+        route = matcher.route;
+      else
+        allowed.push_back(matcher.route->method);
+    }
+    if (!route && !allowed.empty()) {
+      if (std::find(allowed.begin(), allowed.end(), "GET") != allowed.end()) allowed.push_back("HEAD");
+      throw Problem("method", "", "", allowed);
+    }
+    if (!route) throw Problem("not_found");
+    // The arguments are those of the last pattern tried.
+    for (const Matcher& matcher : matchers())
+      if (matcher.route == route) matcher.fits(request.path, call);
+    if (at_once && !route->at_once) return {};
+    if (!options_.token.empty() && request.path != std::vector<std::string>{"healthz"} &&
+        !same_secret(request.header("authorization"), "Bearer " + options_.token))
+      throw Problem("token", "send the header Authorization: Bearer TOKEN");
+    if (std::strstr(route->pattern, "{m}")) {
+      for (const auto& map : maps_)
+        if (map->id() == call.map_id) call.map = map.get();
+      if (!call.map) throw Problem("unknown_map", "GET /v1/maps lists them");
+      call.revision = call.map->current();
+    }
+    response = at_once ? route->at_once(call) : route->handle(call);
+    if (!response) return {};
+  } catch (const Problem& problem) {
+    response = problem.response();
+  } catch (const Error& error) {
+    response = response_of(error);
+  } catch (const std::bad_alloc&) {
+    response = Problem("failed", "out of memory").response();
+  } catch (const std::exception& error) {
+    response = Problem("failed", error.what()).response();
+  }
+  if (call.revision) response->set("X-Map-Revision", std::to_string(call.revision->number()));
+  metrics_.answered(route ? route->pattern : "none", response->status, response->body ? response->body->size() : 0,
+                    std::chrono::steady_clock::now() - began);
+  return response;
+}
+
+}  // namespace btms

@@ -1,0 +1,147 @@
+// Single tiles and bundles of them.
+#include <charconv>
+
+#include "apps/server/handlers.h"
+#include "io/export/raster.h"
+#include "io/export/raw_tile.h"
+
+namespace btms {
+namespace {
+
+struct Format {
+  const char* name;
+  const char* type;
+  std::vector<std::uint8_t> (*encode)(const Window& window, TileId id);
+};
+
+constexpr Format kFormats[] = {
+    {"raw", "application/octet-stream", raw_tile},
+};
+
+const Format& format_of(const std::string& name) {
+  std::vector<std::string> allowed;
+  for (const Format& format : kFormats) {
+    if (name == format.name) return format;
+    allowed.emplace_back(format.name);
+  }
+  throw Problem("bad_parameter", "no such form", "f", allowed);
+}
+
+// What one tile is asked for.
+struct TileRequest {
+  int level = 0;
+  TileId id;
+  std::vector<const RasterLayer*> layers;
+  const Format* format = nullptr;
+  std::string etag;
+};
+
+TileRequest tile_request(const MapRevision& revision, const std::string& id, const std::string& layers,
+                         const std::string& format) {
+  const auto parsed = parse_served_id(id);
+  if (!parsed) throw Problem("bad_parameter", "expected level/column/row, whole numbers", "tile");
+  TileRequest out;
+  std::tie(out.level, out.id) = *parsed;
+  if (out.level < 0 || static_cast<std::size_t>(out.level) >= revision.tiles.levels().size())
+    throw Problem("unknown_level", "the map's description lists them", "level");
+  if (!revision.tiles.inside(out.level, out.id)) throw Problem("outside", "the map's description has its bounds");
+  out.layers = layers_of(layers);
+  out.format = &format_of(format);
+  out.etag = revision.tiles.etag(out.level, out.id, tile_form(names_of(out.layers), out.format->name));
+  return out;
+}
+
+// Encoded; an empty body of a tile without content.
+Body encoded_tile(const Call& call, const TileRequest& tile) {
+  if (!call.revision->tiles.find(tile.level, tile.id)) return body_of({});
+  if (Body known = call.service.bodies().find(tile.etag)) return known;
+  const Window window =
+      cut_window(call.revision->terrain.tiles(), tile.level, ServedTiles::box_of(tile.id), tile.layers);
+  Body body = window.empty() ? body_of({})
+                             : std::make_shared<const std::vector<std::uint8_t>>(tile.format->encode(window, tile.id));
+  call.service.bodies().keep(tile.etag, body);
+  return body;
+}
+
+bool is_among(const std::string& tags, const std::string& etag) {
+  return tags == "*" || tags.find("\"" + etag + "\"") != std::string::npos;
+}
+
+Response tile_head(const Call& call, const TileRequest& tile) {
+  Response response;
+  response.set("ETag", "\"" + tile.etag + "\"");
+  response.set("Cache-Control", "no-cache");
+  const ServedTile* known = call.revision->tiles.find(tile.level, tile.id);
+  if (known) response.set("X-Tile-Revision", std::to_string(known->revision));
+  return response;
+}
+
+Response tile_response(const Call& call, const TileRequest& tile, Body body) {
+  Response response = tile_head(call, tile);
+  response.status = body->empty() ? 204 : 200;
+  if (body->empty()) return response;
+  response.content_type = tile.format->type;
+  response.body = std::move(body);
+  return response;
+}
+
+TileRequest tile_request(const Call& call) {
+  return tile_request(*call.revision, call.arguments[0] + "/" + call.arguments[1] + "/" + call.arguments[2],
+                      parameter(call, "layers", "elevation"), parameter(call, "f", "raw"));
+}
+
+}  // namespace
+
+std::optional<Response> get_tile_at_once(const Call& call) {
+  const TileRequest tile = tile_request(call);
+  if (is_among(call.request.header("if-none-match"), tile.etag)) {
+    Response response = tile_head(call, tile);
+    response.status = 304;
+    return response;
+  }
+  if (!call.revision->tiles.find(tile.level, tile.id)) return tile_response(call, tile, body_of({}));
+  Body body = call.service.bodies().find(tile.etag);
+  if (!body) return {};
+  return tile_response(call, tile, std::move(body));
+}
+
+Response get_tile(const Call& call) {
+  if (auto at_once = get_tile_at_once(call)) return *std::move(at_once);
+  const TileRequest tile = tile_request(call);
+  return tile_response(call, tile, encoded_tile(call, tile));
+}
+
+Response post_bundle(const Call& call) {
+  const Json json = json_body(call);
+  const Json& ids = array_member_of(json, "ids");
+  if (ids.size() > call.limits().bundle)
+    throw Problem("too_much", "at most " + std::to_string(call.limits().bundle) + " tiles", "ids");
+  std::string layers;
+  if (json.contains("layers"))
+    for (const Json& name : array_member_of(json, "layers")) {
+      if (!name.is_string()) throw Problem("bad_body", "expected names", "layers");
+      layers.append(layers.empty() ? "" : ",").append(name.get<std::string>());
+    }
+  if (layers.empty()) layers = "elevation";
+  const std::string format = json.value("f", "raw");
+  constexpr const char* kBoundary = "btms-tile";
+  std::vector<std::uint8_t> bytes;
+  const auto append = [&](std::string_view text) { bytes.insert(bytes.end(), text.begin(), text.end()); };
+  for (const Json& id : ids) {
+    if (!id.is_string()) throw Problem("bad_body", "expected level/column/row", "ids");
+    const TileRequest tile = tile_request(*call.revision, id.get<std::string>(), layers, format);
+    const Body body = encoded_tile(call, tile);
+    append(std::string("--") + kBoundary + "\r\nContent-Type: " + tile.format->type +
+           "\r\nContent-Location: " + served_id(tile.level, tile.id) + "\r\nETag: \"" + tile.etag +
+           "\"\r\nContent-Length: " + std::to_string(body->size()) + "\r\n\r\n");
+    bytes.insert(bytes.end(), body->begin(), body->end());
+    append("\r\n");
+  }
+  append(std::string("--") + kBoundary + "--\r\n");
+  Response response;
+  response.content_type = std::string("multipart/mixed; boundary=") + kBoundary;
+  response.body = std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
+  return response;
+}
+
+}  // namespace btms
