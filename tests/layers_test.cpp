@@ -48,6 +48,7 @@ const std::map<std::string, std::set<std::string>>& allowed() {
       {"engine/model", {"engine/lattice", "engine/terrain"}},
       {"engine/tiling", {"engine/lattice", "engine/terrain", "engine/model"}},
       {"engine/query", {"engine/lattice", "engine/terrain", "engine/model"}},
+      {"engine/routing", {"engine/lattice", "engine/terrain", "engine/model", "engine/query"}},
       {"engine/metrics", {"engine/lattice", "engine/model"}},
       {"engine/scenes", {"engine/lattice"}},
       {"engine/accumulation", {"engine/lattice", "engine/terrain", "engine/tiling"}},
