@@ -66,7 +66,9 @@ Costs costs_under(const MemoryMap& map, PlaceMm about, const Parameters& p, cons
 
 void expect_worst(const CheckAnswer& answer, const Costs& costs) {
   ASSERT_EQ(answer.safe, costs.safe()) << hazard_name(answer.hazard);
-  if (answer.safe) ASSERT_EQ(static_cast<int>(254 * (1 - answer.traversability) + 0.5), costs.worst);
+  if (answer.safe) {
+    ASSERT_EQ(static_cast<int>(254 * (1 - answer.traversability) + 0.5), costs.worst);
+  }
 }
 void expect_as_costs(const CheckAnswer& answer, const Costs& costs) {
   expect_worst(answer, costs);

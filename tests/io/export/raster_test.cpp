@@ -73,9 +73,10 @@ TEST(Raster, SquaresOfAnyEdgeAreSampled) {
       const float expected = s.state == NodeState::kUnknown ? NAN : static_cast<float>(s.z_m);
       ASSERT_TRUE(same(window.values[0][row * window.cols + col], expected)) << x << " " << y;
       const auto square = [](double m) { return static_cast<std::size_t>(m / 2); };
-      if (x >= 0 && x < 96 && y < 96)
+      if (x >= 0 && x < 96 && y < 96) {
         ASSERT_TRUE(
             same(window.values[1][row * window.cols + col], squares.values[1][(47 - square(y)) * 48 + square(x)]));
+      }
     }
   EXPECT_THROW(sample_window(map, 0, 0, 0, 1, 1, layers), Error);
   EXPECT_THROW(sample_window(map, NAN, 0, 1, 1, 1, layers), Error);
