@@ -2,15 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <limits>
 
 #include "engine/lattice/plane.h"
+#include "engine/trigonometry.h"
 
 namespace btms {
 namespace {
 
-// x / limit; 0 / 0 is fine.
-double share(double x, double limit) { return x <= 0 ? 0 : x / limit; }
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double share_of(double value, double limit) {
+  if (!(limit >= 0)) return kInfinity;
+  return value == 0 ? 0 : value / limit;
+}
+
+double rise_mm(double slope_deg, double r_mm) {
+  if (!(slope_deg >= 0)) return slope_deg;
+  return slope_deg >= 90 ? kInfinity : r_mm * sine(radians(slope_deg)) / cosine(radians(slope_deg));
+}
 
 }  // namespace
 
@@ -47,35 +57,30 @@ const char* hazard_name(Hazard hazard) {
 }
 
 HazardRules::HazardRules(const VehicleLimits& limits, std::int32_t resolution_mm)
-    : steepest_rise_mm_(limits.slope_deg >= 90 ? std::numeric_limits<double>::infinity()
-                                               : std::tan(limits.slope_deg * std::numbers::pi / 180) * resolution_mm),
+    : steepest_rise_mm_(rise_mm(limits.slope_deg, resolution_mm)),
       highest_step_mm_(limits.step_m * 1000),
       roughest_mm_(limits.roughness_m * 1000),
       height_mm_(limits.height_m * 1000),
-      unknown_is_safe_(limits.unknown_is_safe) {}
+      unknown_is_safe_(limits.unknown_is_safe),
+      predicted_is_safe_(limits.predicted_is_safe) {}
 
 HazardRules::Verdict HazardRules::of(const TerrainTile& tile, NodeId id) const {
   const NodeSurface& node = tile.nodes[tile.node_index(id)];
-  switch (node.state) {
-    case NodeState::kObstacle:
-      return {Hazard::kObstacle, 0};
-    case NodeState::kUnknown:
-      return {unknown_is_safe_ ? Hazard::kNone : Hazard::kUnknown, 0};
-    case NodeState::kFilled:
-      if (!unknown_is_safe_) return {Hazard::kUnknown, 0};
-      break;
-    default:
-      break;
-  }
+  if (node.state == NodeState::kObstacle) return {Hazard::kObstacle};
+  if (node.state == NodeState::kUnknown || node.state == NodeState::kFilled ||
+      (node.state == NodeState::kPredicted && !predicted_is_safe_))
+    return {unknown_is_safe_ ? Hazard::kNone : Hazard::kUnknown};
   const FinalPlane plane = FinalPlane::through(id.triangle, tile.corners_mm(id));
-  const double rise_mm = std::sqrt(static_cast<double>(plane.rise2_mm2()));
-  if (!(rise_mm <= steepest_rise_mm_)) return {Hazard::kSlope, 0};
-  if (!(node.step_mm <= highest_step_mm_)) return {Hazard::kStep, 0};
-  if (!(node.roughness_mm <= roughest_mm_)) return {Hazard::kRoughness, 0};
-  if (node.clearance_mm != kNothingAbove && !(node.clearance_mm >= height_mm_)) return {Hazard::kClearance, 0};
-  return {Hazard::kNone,
-          static_cast<float>(std::max({share(rise_mm, steepest_rise_mm_), share(node.step_mm, highest_step_mm_),
-                                       share(node.roughness_mm, roughest_mm_)}))};
+  const double slope = share_of(std::sqrt(static_cast<double>(plane.rise2_mm2())), steepest_rise_mm_);
+  if (!(slope <= 1)) return {Hazard::kSlope};
+  const double step = share_of(node.step_mm, highest_step_mm_);
+  if (!(step <= 1)) return {Hazard::kStep};
+  const double rough = roughest_mm_ == kInfinity ? std::min(1.0, share_of(2 * node.roughness_mm, highest_step_mm_))
+                                                 : share_of(node.roughness_mm, roughest_mm_);
+  if (!(rough <= 1)) return {Hazard::kRoughness};
+  if (!(height_mm_ >= 0) || (node.clearance_mm != kNothingAbove && node.clearance_mm < height_mm_))
+    return {Hazard::kClearance};
+  return {Hazard::kNone, std::max({slope, step, rough})};
 }
 
 }  // namespace btms

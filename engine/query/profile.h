@@ -14,11 +14,12 @@ struct ProfilePoint {
   HeightAnswer height;
 };
 
-inline constexpr std::size_t kMaxProfilePoints = 1'000'000;
+inline constexpr double kMostProfilePoints = 1 << 20;
 
-// At the line's own places, and every step_m between them (0: there only). It stays on the surface it is on: every
-// height is the one nearest to that before, the first the one nearest to z_hint_m. Throws Error(kUsage) for more than
-// kMaxProfilePoints, a step below zero, a line without places or with ones that are not finite.
+// The vertices of the line, and the places at multiples of step_m along it (0: none). It stays on the surface it is on:
+// the hint for a height is the height before, for the first `z_hint_m`. A vertex that is no place (NaN, infinite) is
+// answered as outside; the line goes on behind it, without a way to or from it. Thread-safe. Throws Error(kUsage) for a
+// step that is neither 0 nor at least a millimetre, and for more than kMostProfilePoints.
 std::vector<ProfilePoint> profile(const Terrain& terrain, std::span<const Place> line, double step_m,
                                   double z_hint_m = kNoHint);
 

@@ -54,10 +54,12 @@ class Terrain {
   // For what wants whole tiles.
   const TileCache& tiles() const { return *tiles_; }
 
-  // Without a hint the lowest surface that can be driven on or walked on: the terrain, or where it is unknown the
-  // lowest further surface that joins it somewhere. With a hint (metres, of the same frame) the surface nearest to it.
+  // Without a hint the terrain, or where it is unknown the lowest further surface that joins it somewhere. With a hint
+  // (metres, of the same frame) the surface nearest to it. Heights of the terrain are those of surface_at(), to the
+  // bit.
   HeightAnswer height(Place place, double z_hint_m = kNoHint) const noexcept;
-  // The same of many; answers[i] of places[i], with hints[i] where there are any. Precondition: equal sizes.
+  // The same of many: answers[i] of places[i], with hints_m[i] where there are any. Places that follow each other in a
+  // tile are cheaper. Precondition: equal sizes.
   void heights(std::span<const Place> places, std::span<HeightAnswer> answers) const noexcept;
   void heights(std::span<const Place> places, std::span<const double> hints_m,
                std::span<HeightAnswer> answers) const noexcept;
@@ -66,7 +68,7 @@ class Terrain {
   struct Detail {
     QueryStatus status = QueryStatus::kOutside;
     SurfacePoint surface;           // where status is kOk
-    std::vector<UpperPoint> upper;  // further surfaces, also where the terrain is unknown
+    std::vector<UpperPoint> upper;  // further surfaces, also where kUnknown
   };
   Detail detail(Place place) const;
 

@@ -1,5 +1,6 @@
 #include "engine/query/tile_cache.h"
 
+#include <algorithm>
 #include <bit>
 #include <string>
 
@@ -17,6 +18,8 @@ TileCache::TileCache(std::shared_ptr<const TileSource> map, std::size_t budget_b
   const std::vector<TileId> ids = map_->tiles();
   slot_count_ = ids.size();
   slots_ = std::make_unique<Slot[]>(slot_count_);
+  held_.reserve(slot_count_);  // so that neither list can fail to grow
+  graveyard_.reserve(slot_count_);
   table_.assign(std::bit_ceil(2 * slot_count_ + 2), 0);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     slots_[i].id = ids[i];
@@ -28,7 +31,6 @@ TileCache::TileCache(std::shared_ptr<const TileSource> map, std::size_t budget_b
 
 TileCache::~TileCache() {
   for (std::size_t i = 0; i < slot_count_; ++i) delete slots_[i].loaded.load(std::memory_order_relaxed);
-  for (const Evicted& e : graveyard_) delete e.loaded;
 }
 
 TileCache::Slot* TileCache::find(TileId id) const {
@@ -62,6 +64,19 @@ TileCache::Pin TileCache::pin(TileId id) const {
   return load_into(*slot);
 }
 
+TileCache::Pin TileCache::try_pin(TileId id) const noexcept {
+  Slot* slot = find(id);
+  if (!slot) return {};
+  if (Pin pin = count_in(*slot)) return pin;
+  try {
+    if (!slot->damaged.load(std::memory_order_relaxed)) return load_into(*slot);
+  } catch (...) {
+  }
+  Pin none;
+  none.damaged_ = true;
+  return none;
+}
+
 std::shared_ptr<const TerrainTile> TileCache::load(TileId id) const {
   Slot* slot = find(id);
   if (!slot) return nullptr;
@@ -73,58 +88,65 @@ std::shared_ptr<const TerrainTile> TileCache::load(TileId id) const {
 TileCache::Pin TileCache::load_into(Slot& slot) const {
   const std::lock_guard loading(loading_[static_cast<std::size_t>(&slot - slots_.get()) % kLoadLocks]);
   if (Pin pin = count_in(slot)) return pin;  // another thread was faster
-  std::shared_ptr<const TerrainTile> tile;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto grave =
+        std::find_if(graveyard_.begin(), graveyard_.end(), [&](const Evicted& e) { return e.slot == &slot; });
+    if (grave != graveyard_.end()) {
+      std::unique_ptr<const Loaded> back = std::move(grave->loaded);
+      graveyard_.erase(grave);
+      return hold(slot, std::move(back));
+    }
+  }
+  std::unique_ptr<const Loaded> loaded = read(slot);
+  const std::lock_guard lock(mutex_);
+  ++counts_.loads;
+  return hold(slot, std::move(loaded));
+}
+
+std::unique_ptr<const TileCache::Loaded> TileCache::read(Slot& slot) const {
+  auto loaded = std::make_unique<Loaded>();
   try {
-    tile = map_->load(slot.id);
-    if (!tile) throw Error(ErrorCode::kVerification, "a tile that the map lists is not there");
+    loaded->tile = map_->load(slot.id);
+    if (!loaded->tile) throw Error(ErrorCode::kVerification, "a tile that the map lists is not there");
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kVerification) slot.damaged.store(true, std::memory_order_relaxed);
     throw;
   }
   slot.damaged.store(false, std::memory_order_relaxed);
-  auto loaded = std::make_unique<Loaded>();
-  loaded->bytes = memory_bytes(*tile);
-  loaded->tile = std::move(tile);
+  loaded->bytes = memory_bytes(*loaded->tile);
+  return loaded;
+}
 
-  const std::lock_guard lock(mutex_);
+TileCache::Pin TileCache::hold(Slot& slot, std::unique_ptr<const Loaded> loaded) const {
   held_.push_back(&slot);
   counts_.bytes += loaded->bytes;
-  ++counts_.loads;
   slot.readers.fetch_add(1, std::memory_order_seq_cst);
   Pin pin(&slot, loaded.get());
-  slot.loaded.store(loaded.release(), std::memory_order_seq_cst);
   slot.used.store(true, std::memory_order_relaxed);
+  slot.loaded.store(loaded.release(), std::memory_order_seq_cst);
   make_room(slot);
   return pin;
 }
 
 // Second chance: what was used since the hand came by stays once more.
 void TileCache::make_room(const Slot& newest) const {
-  sweep();
-  while (counts_.bytes > budget_bytes_ && held_.size() > 1) {
+  for (std::size_t looked = 0; counts_.bytes > budget_bytes_ && held_.size() > 1; ++looked) {
     hand_ = hand_ % held_.size();
     Slot& slot = *held_[hand_];
-    if (&slot == &newest || slot.used.exchange(false, std::memory_order_relaxed)) {
+    const bool used = slot.used.exchange(false, std::memory_order_relaxed) && looked < 2 * held_.size();
+    if (&slot == &newest || used) {
       ++hand_;
       continue;
     }
-    const Loaded* loaded = slot.loaded.load(std::memory_order_relaxed);
-    graveyard_.push_back({&slot, loaded});
-    slot.loaded.store(nullptr, std::memory_order_seq_cst);
-    counts_.bytes -= loaded->bytes;
+    graveyard_.push_back({&slot, nullptr});
+    graveyard_.back().loaded.reset(slot.loaded.exchange(nullptr, std::memory_order_seq_cst));
+    counts_.bytes -= graveyard_.back().loaded->bytes;
     ++counts_.evictions;
     held_[hand_] = held_.back();
     held_.pop_back();
   }
-  sweep();
-}
-
-void TileCache::sweep() const {
-  std::erase_if(graveyard_, [](const Evicted& e) {
-    if (e.slot->readers.load(std::memory_order_seq_cst) != 0) return false;
-    delete e.loaded;
-    return true;
-  });
+  std::erase_if(graveyard_, [](const Evicted& e) { return e.slot->readers.load(std::memory_order_seq_cst) == 0; });
 }
 
 TileCache::Counts TileCache::counts() const {

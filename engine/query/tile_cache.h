@@ -2,7 +2,7 @@
 //
 // A revision's tiles are a fixed list, so every tile has a slot of its own. Readers of a tile that is there take no
 // lock and allocate nothing: they count themselves in, read the slot's pointer, and count themselves out. What is
-// evicted is freed when nobody is counted in.
+// evicted is freed when nobody is counted in; asked for before that, it comes back, so a tile is never held twice.
 #pragma once
 
 #include <atomic>
@@ -47,29 +47,35 @@ class TileCache final : public TileSource {
   class Pin {
    public:
     Pin() = default;
-    Pin(Pin&& o) noexcept : slot_(std::exchange(o.slot_, nullptr)), loaded_(std::exchange(o.loaded_, nullptr)) {}
+    Pin(Pin&& o) noexcept
+        : slot_(std::exchange(o.slot_, nullptr)), loaded_(std::exchange(o.loaded_, nullptr)), damaged_(o.damaged_) {}
     Pin& operator=(Pin&& o) noexcept {
       std::swap(slot_, o.slot_);
       std::swap(loaded_, o.loaded_);
+      damaged_ = o.damaged_;
       return *this;
     }
     ~Pin() {
       if (slot_) slot_->readers.fetch_sub(1, std::memory_order_release);
     }
-    // nullptr where the map has no such tile.
+    // nullptr where the map has no such tile, or try_pin() could not read it.
     const TerrainTile* get() const { return loaded_ ? loaded_->tile.get() : nullptr; }
     const TerrainTile& operator*() const { return *loaded_->tile; }
     const TerrainTile* operator->() const { return loaded_->tile.get(); }
     explicit operator bool() const { return loaded_ != nullptr; }
+    bool damaged() const { return damaged_; }
 
    private:
     friend TileCache;
     Pin(Slot* slot, const Loaded* loaded) : slot_(slot), loaded_(loaded) {}
     Slot* slot_ = nullptr;
     const Loaded* loaded_ = nullptr;
+    bool damaged_ = false;
   };
   // Throws what loading throws; Error(kVerification) at once when a tile could not be read before.
   Pin pin(TileId id) const;
+  // An empty pin that is damaged() instead.
+  Pin try_pin(TileId id) const noexcept;
 
   // Whether there is a tile, without loading it.
   bool contains(TileId id) const { return find(id) != nullptr; }
@@ -82,7 +88,7 @@ class TileCache final : public TileSource {
 
   struct Counts {
     std::uint64_t loads = 0, evictions = 0;
-    std::size_t bytes = 0;  // held
+    std::size_t bytes = 0;  // held; what pins and shared pointers keep beyond that is theirs
   };
   Counts counts() const;
 
@@ -90,8 +96,9 @@ class TileCache final : public TileSource {
   Slot* find(TileId id) const;
   Pin count_in(Slot& slot) const noexcept;
   Pin load_into(Slot& slot) const;
+  std::unique_ptr<const Loaded> read(Slot& slot) const;
+  Pin hold(Slot& slot, std::unique_ptr<const Loaded> loaded) const;  // mutex_ is locked
   void make_room(const Slot& newest) const;
-  void sweep() const;
 
   const std::shared_ptr<const TileSource> map_;
   const std::size_t budget_bytes_;
@@ -103,12 +110,12 @@ class TileCache final : public TileSource {
   mutable std::mutex loading_[kLoadLocks];  // of a slot's tile; a tile is loaded once
 
   struct Evicted {
-    const Slot* slot;
-    const Loaded* loaded;
+    Slot* slot;
+    std::unique_ptr<const Loaded> loaded;
   };
-  mutable std::mutex mutex_;  // guards what follows
-  mutable std::vector<Evicted> graveyard_;
-  mutable std::size_t hand_ = 0;  // where the evictor looks next
+  mutable std::mutex mutex_;                // guards what follows
+  mutable std::vector<Evicted> graveyard_;  // evicted, but not known to be read by nobody
+  mutable std::size_t hand_ = 0;            // where the evictor looks next
   mutable std::vector<Slot*> held_;
   mutable Counts counts_;
 };

@@ -211,6 +211,40 @@ TEST_F(CliRoundTrip, QueryAnswersByOptionAndInBatch) {
   EXPECT_NE(run({"query", map(), "--at", place}).out.find(one["state"].get<std::string>()), std::string::npos);
 }
 
+TEST_F(CliRoundTrip, QueryAlongALine) {
+  const double x = 500 + synth_["width_m"].get<double>() / 2, y = -300 + synth_["height_m"].get<double>() / 2;
+  const std::string a = std::to_string(x) + "," + std::to_string(y),
+                    b = std::to_string(x + 6) + "," + std::to_string(y);
+  const std::vector<std::string> line = {"query", map(), "--at", a, "--at", b};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), line.begin(), line.end());
+    return more;
+  };
+  const auto profile = run_json(with({"--profile", "2.5"}))["profile"];
+  ASSERT_EQ(profile.size(), 4u);
+  EXPECT_EQ(profile[2][0], 5);
+  EXPECT_EQ(profile[0][1], run_json({"query", map(), "--at", a})["z"]);
+  EXPECT_EQ(profile[3][1], run_json({"query", map(), "--at", b})["z"]);
+  EXPECT_NE(run(with({"--profile", "0"})).out.find("\n6.000 "), std::string::npos);
+
+  // What nobody can pass, and what everybody can but an obstacle.
+  const auto never = run_json(with({"--check", "4,2", "--vehicle-height-m", "1e5", "--vehicle-max-slope-deg", "0"}));
+  EXPECT_EQ(never["is_safe"], false);
+  EXPECT_TRUE(never["first_bad"]["reason"].is_string());
+  EXPECT_NE(run(with({"--check", "4,2", "--vehicle-max-slope-deg", "0"})).out.find("not safe: "), std::string::npos);
+  const auto outside = run_json({"query", map(), "--at=-9000,-9000", "--check", "4,2"});
+  EXPECT_EQ(outside["first_bad"]["reason"], "outside");
+  const auto explorer = run_json({"query", map(), "--at=-9000,-9000", "--check", "4,2", "--unknown-is-safe"});
+  EXPECT_EQ(explorer["is_safe"], true);
+  EXPECT_EQ(explorer["traversability"], 1);
+  EXPECT_TRUE(explorer["first_bad"].is_null());
+  for (const char* size : {"4", "0,1", "-1,2", "nan,2", "4,1e9"})
+    EXPECT_EQ(run(with({std::string("--check=") + size})).status, 2) << size;
+  EXPECT_EQ(run(with({"--profile", "1", "--check", "4,2"})).status, 2);
+  EXPECT_EQ(run(with({"--profile", "nan"})).status, 2);
+  EXPECT_EQ(run(with({"--unknown-is-safe"})).status, 2);
+}
+
 TEST_F(CliRoundTrip, QueryNamesTheKindOfFurtherSurfaces) {
   const double width = synth_["width_m"], height = synth_["height_m"];
   std::string places;

@@ -1,205 +1,362 @@
-// Whether a vehicle may be somewhere: against a search over every node.
+// Footprints against every triangle of a map, one by one.
 #include "engine/query/footprint.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <numbers>
 
-#include "engine/query/nearest.h"
-#include "engine/query/profile.h"
-#include "engine/query/shape.h"
-#include "tests/engine/query/query_map.h"
+#include "engine/error.h"
+#include "engine/model/traversability.h"
+#include "tests/engine/query/hazard_map.h"
+#include "tests/engine/query/plane_shapes.h"
 
 namespace btms {
 namespace {
 
-using test::CountingMap;
-using test::rolling_map;
+using namespace test;
 
-VehicleLimits some_limits() {
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Parameters car(Random& random) {
+  Parameters p;
+  p.resolution_m = 2;
+  p.vehicle_max_slope_deg = static_cast<double>(random.between(3, 40));
+  p.vehicle_max_step_m = static_cast<double>(random.between(20, 400)) / 1000;
+  p.vehicle_height_m = static_cast<double>(random.between(400, 3000)) / 1000;
+  return p;
+}
+
+// More than the shapes here reach.
+CellBox around(PlaceMm at) {
+  const Cell cell = Lattice(2000).cell_at(at.x, at.y);
+  return {cell.col - 4, cell.row - 4, cell.col + 5, cell.row + 5};
+}
+
+// What the map's own vehicle says of every triangle the shape meets.
+struct Costs {
+  int worst = 0;
+  NodeId first;  // by rows, that is not traversable
+  bool first_is_there = false;
+  bool safe() const { return worst != kNotTraversable; }
+};
+template <class Meets>
+Costs costs_under(const MemoryMap& map, PlaceMm about, const Parameters& p, const Meets& meets) {
+  const Vehicle vehicle(p);
+  const Lattice lattice(2000);
+  const CellBox box = around(about);
+  Costs costs;
+  for (std::int32_t row = box.row0; row < box.row1; ++row)
+    for (std::int32_t col = box.col0; col < box.col1; ++col)
+      for (std::uint8_t t = 0; t < kTriangles; ++t) {
+        const NodeId id{{col, row}, t};
+        if (!meets(triangle(t, {lattice.centre_x_mm(id.cell), lattice.centre_y_mm(id.cell)}, 1000))) continue;
+        const auto tile = map.load(map.layout().grid.tile_of(id.cell));
+        const bool there = tile && tile->box.contains(id.cell);
+        const int cost =
+            !there ? kNotTraversable
+                   : vehicle.cost(tile->nodes[tile->node_index(id)], FinalPlane::through(t, tile->corners_mm(id)));
+        if (cost == kNotTraversable && costs.safe()) {
+          costs.first = id;
+          costs.first_is_there = there;
+        }
+        costs.worst = std::max(costs.worst, cost);
+      }
+  return costs;
+}
+
+void expect_worst(const CheckAnswer& answer, const Costs& costs) {
+  ASSERT_EQ(answer.safe, costs.safe()) << hazard_name(answer.hazard);
+  if (answer.safe) ASSERT_EQ(static_cast<int>(254 * (1 - answer.traversability) + 0.5), costs.worst);
+}
+void expect_as_costs(const CheckAnswer& answer, const Costs& costs) {
+  expect_worst(answer, costs);
+  if (answer.safe) return;
+  ASSERT_EQ(answer.traversability, 0);
+  ASSERT_EQ(answer.hazard == Hazard::kOutside, !costs.first_is_there);
+  const PlaceMm bad = to_mm(answer.at);
+  ASSERT_EQ(Lattice(2000).node_at(bad.x, bad.y), costs.first);
+}
+
+TEST(Footprint, DiscsAreTheCostsOfTheTrianglesUnderThem) {
+  const auto map = hazard_map(16);
+  const Terrain terrain(map);
+  Random random(5);
+  int safe = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const PlaceMm at{random.between(-3000, 99000), random.between(-3000, 99000)};
+    const std::int64_t reach = random.between(0, round % 8 == 0 ? 6000 : 1500);
+    const Parameters p = car(random);
+    const CheckAnswer answer = check_disc(terrain, {static_cast<double>(at.x) / 1000, static_cast<double>(at.y) / 1000},
+                                          static_cast<double>(reach) / 1000, limits_of(p));
+    expect_as_costs(answer,
+                    costs_under(*map, at, p, [&](const auto& corners) { return disc_meets(corners, at, reach); }));
+    if (testing::Test::HasFatalFailure()) return;
+    safe += answer.safe;
+  }
+  EXPECT_GT(safe, 300);
+}
+
+TEST(Footprint, PolygonsAreTheCostsOfTheTrianglesUnderThem) {
+  const auto map = hazard_map(16);
+  const Terrain terrain(map);
+  Random random(6);
+  int safe = 0;
+  for (int round = 0; round < 1500; ++round) {
+    const PlaceMm at{random.between(-1000, 97000), random.between(-1000, 97000)};
+    std::vector<Place> polygon;
+    std::vector<PlaceMm> polygon_mm;
+    for (std::int64_t n = random.between(3, 6), size = random.between(200, 3000); n > 0; --n) {
+      polygon_mm.push_back({at.x + random.between(-size, size), at.y + random.between(-size, size)});
+      polygon.push_back(
+          {static_cast<double>(polygon_mm.back().x) / 1000, static_cast<double>(polygon_mm.back().y) / 1000});
+    }
+    const Parameters p = car(random);
+    const CheckAnswer answer = check_polygon(terrain, polygon, limits_of(p));
+    expect_as_costs(answer,
+                    costs_under(*map, at, p, [&](const auto& corners) { return polygons_meet(corners, polygon_mm); }));
+    if (testing::Test::HasFatalFailure()) return;
+    safe += answer.safe;
+  }
+  EXPECT_GT(safe, 100);
+}
+
+TEST(Footprint, ADiscAlongAPathSweepsACapsule) {
+  const auto map = hazard_map(16);
+  const Terrain terrain(map);
+  Random random(9);
+  int safe = 0;
+  for (int round = 0; round < 1500; ++round) {
+    const PlaceMm from{random.between(0, 96000), random.between(0, 96000)};
+    PlaceMm to = from;
+    (round % 2 == 0 ? to.x : to.y) += random.between(-5000, 5000);
+    const std::int64_t reach = random.between(0, 1000);
+    const Parameters p = car(random);
+    const auto metres = [](PlaceMm at) {
+      return Place{static_cast<double>(at.x) / 1000, static_cast<double>(at.y) / 1000};
+    };
+    const std::vector<Place> path = {metres(from), metres(to)};
+    const CheckAnswer answer = check_path(terrain, path, static_cast<double>(reach) / 1000, limits_of(p));
+    expect_worst(
+        answer, costs_under(*map, from, p, [&](const auto& corners) {
+          if (polygons_meet(corners, {from, to}) || disc_meets(corners, from, reach) || disc_meets(corners, to, reach))
+            return true;
+          return std::any_of(corners.begin(), corners.end(),
+                             [&](PlaceMm corner) { return test::within(from, to, corner, reach); });
+        }));
+    if (testing::Test::HasFatalFailure()) return;
+    safe += answer.safe;
+  }
+  EXPECT_GT(safe, 100);
+}
+
+bool operator==(const CheckAnswer& a, const CheckAnswer& b) {
+  return a.safe == b.safe && a.traversability == b.traversability && a.hazard == b.hazard && a.at == b.at;
+}
+
+TEST(Footprint, TilesDontMatter) {
+  const Terrain small(hazard_map(7)), large(hazard_map(64));
+  Random random(8);
+  const VehicleLimits limits;
+  const std::vector<Place> box = {{-1, -0.7}, {2, -0.7}, {2, 0.7}, {-1, 0.7}};
+  for (int round = 0; round < 2000; ++round) {
+    const Place at{static_cast<double>(random.between(-1000, 97000)) / 1000,
+                   static_cast<double>(random.between(-1000, 97000)) / 1000};
+    ASSERT_TRUE(check_disc(small, at, 1.2, limits) == check_disc(large, at, 1.2, limits));
+    const Pose2 pose{at, static_cast<double>(random.between(-400, 400)) / 100};
+    ASSERT_TRUE(check_pose(small, pose, box, limits) == check_pose(large, pose, box, limits));
+  }
+}
+
+// One tile of 6 x 6 level squares of 2 m at height 0, without a hazard.
+class Yard {
+ public:
+  Yard() : tile_(2000, {0, 0, 6, 6}) {
+    std::fill(tile_.corner_mm.begin(), tile_.corner_mm.end(), 0);
+    std::fill(tile_.centre_mm.begin(), tile_.centre_mm.end(), 0);
+    for (NodeSurface& node : tile_.nodes) node.state = NodeState::kObserved;
+  }
+  NodeSurface& node(Cell cell, std::uint8_t t) { return tile_.nodes[tile_.node_index({cell, t})]; }
+  TerrainTile& tile() { return tile_; }
+  Terrain terrain() const {
+    auto map = std::make_shared<MemoryMap>(MapLayout{Lattice(2000), {6, {}}});
+    map->put({0, 0}, TerrainTile(tile_));
+    return Terrain(map);
+  }
+
+ private:
+  TerrainTile tile_;
+};
+
+constexpr Place kMiddle{5, 5.5};  // in the north of square 2, 2
+
+VehicleLimits tall() {
   VehicleLimits limits;
-  limits.slope_deg = 30;
-  limits.step_m = 0.28;
-  limits.roughness_m = 0.055;
+  limits.height_m = 2;
   return limits;
 }
 
-TrianglePlaces triangle_places(const Lattice& lattice, NodeId id) {
-  TrianglePlaces out;
-  const auto corners = triangle_corners(id.triangle);
-  for (std::size_t c = 0; c < 3; ++c)
-    out[c] = {(id.cell.col + corners[c].x / 2.0) * lattice.resolution_m(),
-              (id.cell.row + corners[c].y / 2.0) * lattice.resolution_m()};
-  return out;
+CheckAnswer after(void (*change)(NodeSurface&), const VehicleLimits& limits = tall()) {
+  Yard yard;
+  change(yard.node({2, 2}, kNorth));
+  return check_disc(yard.terrain(), kMiddle, 0.1, limits);
 }
 
-// Whether any place of a triangle is in the shape, by many places of it; its border counts as `margin_m` thick.
-template <class Inside>
-bool sampled_touch(const TrianglePlaces& t, const Inside& in_shape) {
-  constexpr int kSteps = 40;
-  for (int a = 0; a <= kSteps; ++a)
-    for (int b = 0; a + b <= kSteps; ++b) {
-      const double u = double(a) / kSteps, v = double(b) / kSteps, w = 1 - u - v;
-      if (in_shape(Place{u * t[0].x_m + v * t[1].x_m + w * t[2].x_m, u * t[0].y_m + v * t[1].y_m + w * t[2].y_m}))
-        return true;
+TEST(Footprint, EveryHazardHasItsName) {
+  EXPECT_EQ(after([](NodeSurface&) {}).traversability, 1);
+  EXPECT_EQ(after([](NodeSurface& n) { n.step_mm = 201; }).hazard, Hazard::kStep);
+  EXPECT_EQ(after([](NodeSurface& n) { n.step_mm = 50; }).traversability, 0.75);
+  EXPECT_EQ(after([](NodeSurface& n) { n.roughness_mm = 5000; }).traversability, 0) << "as the map's cost";
+  EXPECT_TRUE(after([](NodeSurface& n) { n.roughness_mm = 5000; }).safe);
+  VehicleLimits smooth;
+  smooth.roughness_m = 0.04;
+  EXPECT_EQ(after([](NodeSurface& n) { n.roughness_mm = 41; }, smooth).hazard, Hazard::kRoughness);
+  EXPECT_EQ(after([](NodeSurface& n) { n.roughness_mm = 10; }, smooth).traversability, 0.75);
+  EXPECT_EQ(after([](NodeSurface& n) { n.clearance_mm = 1999; }).hazard, Hazard::kClearance);
+  EXPECT_TRUE(after([](NodeSurface& n) { n.clearance_mm = 2000; }).safe);
+  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kObstacle; }).hazard, Hazard::kObstacle);
+  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kUnknown; }).hazard, Hazard::kUnknown);
+  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kFilled; }).hazard, Hazard::kUnknown);
+  EXPECT_TRUE(after([](NodeSurface& n) { n.state = NodeState::kPredicted; }).safe);
+  VehicleLimits seen;
+  seen.predicted_is_safe = false;
+  EXPECT_EQ(after([](NodeSurface& n) { n.state = NodeState::kPredicted; }, seen).hazard, Hazard::kUnknown);
+  seen.unknown_is_safe = true;
+  EXPECT_TRUE(after([](NodeSurface& n) { n.state = NodeState::kPredicted; }, seen).safe);
+  EXPECT_FALSE(after([](NodeSurface& n) { n.state = NodeState::kObstacle; }, seen).safe);
+
+  Yard slope;
+  slope.tile().centre_mm[slope.tile().cell_index({2, 2})] = 400;  // 0.4 m over 1 m
+  EXPECT_EQ(check_disc(slope.terrain(), kMiddle, 0, {}).hazard, Hazard::kSlope);
+  VehicleLimits climber;
+  climber.slope_deg = 22;
+  EXPECT_NEAR(check_disc(slope.terrain(), kMiddle, 0, climber).traversability,
+              1 - 0.4 / std::tan(22 * std::numbers::pi / 180), 1e-12);
+  climber.slope_deg = 90;
+  EXPECT_EQ(check_disc(slope.terrain(), kMiddle, 0, climber).traversability, 1);
+}
+
+TEST(Footprint, OutsideAndDamaged) {
+  const Terrain yard = Yard().terrain();
+  EXPECT_EQ(check_disc(yard, {11.5, 5}, 0.6, {}).hazard, Hazard::kOutside);
+  EXPECT_EQ(check_disc(yard, {11.5, 5}, 0.5, {}).hazard, Hazard::kOutside) << "touches the border";
+  EXPECT_TRUE(check_disc(yard, {11.5, 5}, 0.499, {}).safe);
+  VehicleLimits explorer;
+  explorer.unknown_is_safe = true;
+  EXPECT_TRUE(check_disc(yard, {11.5, 5}, 0.6, explorer).safe);
+  EXPECT_TRUE(check_disc(yard, {500, 500}, 0.6, explorer).safe);
+  EXPECT_FALSE(check_disc(yard, {std::nan(""), 5}, 0.6, explorer).safe);
+
+  const MemoryMap map = rolling_map(2);
+  const auto source = std::make_shared<CountingMap>(map);
+  source->refuse = true;
+  EXPECT_EQ(check_disc(Terrain(source), {40, 40}, 0.5, explorer).hazard, Hazard::kDamaged);
+}
+
+TEST(Footprint, LimitsThatAreNoNumbersAreExceeded) {
+  const Terrain yard = Yard().terrain();
+  VehicleLimits level;
+  level.slope_deg = level.step_m = 0;
+  EXPECT_TRUE(check_disc(yard, kMiddle, 1, level).safe) << "level ground keeps limits of nothing";
+  for (double VehicleLimits::*limit :
+       {&VehicleLimits::slope_deg, &VehicleLimits::step_m, &VehicleLimits::roughness_m, &VehicleLimits::height_m})
+    for (const double bad : {std::nan(""), -1.0}) {
+      VehicleLimits limits;
+      limits.*limit = bad;
+      EXPECT_FALSE(check_disc(yard, kMiddle, 1, limits).safe);
     }
-  return false;
 }
 
-// Unsafe for sure when a place well inside is bad; safe for sure when no place near it is.
-template <class Inside>
-void expect_agrees(const MemoryMap& map, const CheckAnswer& answer, const Inside& inside, Place about, double reach_m) {
-  const HazardRules rules(some_limits(), map.layout().lattice.resolution_mm());
-  const Lattice lattice = map.layout().lattice;
-  bool bad_inside = false, bad_near = false;
-  const auto cell_of = [&](double m) { return static_cast<std::int32_t>(std::floor(m / lattice.resolution_m())); };
-  for (std::int32_t row = cell_of(about.y_m - reach_m) - 1; row <= cell_of(about.y_m + reach_m) + 1; ++row)
-    for (std::int32_t col = cell_of(about.x_m - reach_m) - 1; col <= cell_of(about.x_m + reach_m) + 1; ++col)
-      for (std::uint8_t t = 0; t < kTriangles; ++t) {
-        const NodeId id{{col, row}, t};
-        const auto tile = map.load(map.layout().grid.tile_of(id.cell));
-        const bool bad = !tile || rules.of(*tile, id).hazard != Hazard::kNone;
-        if (!bad) continue;
-        const TrianglePlaces places = triangle_places(lattice, id);
-        bad_inside |= sampled_touch(places, [&](Place p) { return inside(p, -0.05); });
-        bad_near |= sampled_touch(places, [&](Place p) { return inside(p, 0.05); });
-      }
-  if (bad_inside) EXPECT_FALSE(answer.safe) << about.x_m << " " << about.y_m;
-  if (!bad_near) EXPECT_TRUE(answer.safe) << about.x_m << " " << about.y_m << " " << hazard_name(answer.hazard);
+TEST(Footprint, ShapesThatAreNoneAreRefused) {
+  const Terrain yard = Yard().terrain();
+  for (const double radius : {-1.0, std::nan(""), kInfinity, 1e300, 1e6, 2.1e3})
+    EXPECT_THROW(check_disc(yard, kMiddle, radius, {}), Error) << radius;
+  const Place nowhere{kInfinity, 0};
+  EXPECT_EQ(check_disc(yard, nowhere, 1, {}).hazard, Hazard::kOutside);
+  const std::vector<Place> two = {{1, 1}, {2, 2}, {1, 1}, {2, 2}}, none;
+  EXPECT_THROW(check_polygon(yard, two, {}), Error);
+  EXPECT_THROW(check_polygon(yard, none, {}), Error);
+  EXPECT_THROW(check_polygon(yard, std::vector<Place>(kMostVertices + 1, Place{1, 1}), {}), Error);
+  const std::vector<Place> line = {{1, 1}, {2, 2}, {3, 3}}, giant = {{-1e7, 0}, {1e7, 0}, {0, 1e7}},
+                           thin = {{-6e7, 0}, {6e7, 0}, {0, 1}}, lost = {{1, 1}, {2, 2}, nowhere};
+  EXPECT_TRUE(check_polygon(yard, line, {}).safe);
+  EXPECT_THROW(check_polygon(yard, giant, {}), Error);
+  EXPECT_THROW(check_polygon(yard, thin, {}), Error);
+  EXPECT_EQ(check_polygon(yard, lost, {}).hazard, Hazard::kOutside);
+  EXPECT_THROW(check_pose(yard, {kMiddle, 0}, lost, {}), Error) << "a footprint is a shape, not a place";
+  EXPECT_THROW(check_pose(yard, {kMiddle, 0}, giant, {}), Error);
+  EXPECT_FALSE(check_pose(yard, {kMiddle, kInfinity}, line, {}).safe);
+  EXPECT_FALSE(check_pose(yard, {nowhere, 0}, line, {}).safe);
+  EXPECT_THROW(check_path(yard, none, line, {}), Error);
+  EXPECT_THROW(check_path(yard, none, 1, {}), Error);
+  EXPECT_THROW(check_path(yard, line, -1, {}), Error);
+  EXPECT_THROW(check_path(yard, line, 1e4, {}), Error);
+  EXPECT_EQ(check_path(yard, std::vector<Place>{kMiddle, nowhere, kMiddle}, 0.1, {}).hazard, Hazard::kOutside);
+  const std::vector<Place> far = {{0, 0}, {6e7, 6e7}};
+  EXPECT_THROW(check_path(yard, far, line, {}), Error);
+  EXPECT_THROW(check_path(yard, far, 1, {}), Error);
+  EXPECT_EQ(check_path(yard, std::vector<Place>{kMiddle, nowhere, kMiddle}, line, {}).hazard, Hazard::kOutside);
 }
 
-TEST(Footprint, DiscsAgreeWithASearch) {
-  const MemoryMap map = rolling_map(3);
-  const Terrain terrain(std::make_shared<CountingMap>(map));
-  test::Random random(11);
-  int safe = 0, unsafe = 0;
-  for (int i = 0; i < 150; ++i) {
-    const Place centre{double(random.between(-2000, 98000)) / 1000, double(random.between(-2000, 98000)) / 1000};
-    const double radius = double(random.between(50, 2500)) / 1000;
-    const CheckAnswer answer = check_disc(terrain, centre, radius, some_limits());
-    ++(answer.safe ? safe : unsafe);
-    expect_agrees(
-        map, answer,
-        [&](Place p, double more) { return std::hypot(p.x_m - centre.x_m, p.y_m - centre.y_m) <= radius + more; },
-        centre, radius);
-    if (!answer.safe) EXPECT_LE(std::hypot(answer.at.x_m - centre.x_m, answer.at.y_m - centre.y_m), radius + 1.5);
-  }
-  EXPECT_GT(safe, 10);
-  EXPECT_GT(unsafe, 10);
-}
+const std::vector<Place> kBody = {{-0.5, -0.4}, {1, -0.4}, {1, 0.4}, {-0.5, 0.4}};
 
-TEST(Footprint, PolygonsAgreeWithASearchEitherWayRound) {
-  const MemoryMap map = rolling_map(3);
-  const Terrain terrain(std::make_shared<CountingMap>(map));
-  test::Random random(12);
-  for (int i = 0; i < 100; ++i) {
-    const Place centre{double(random.between(2000, 94000)) / 1000, double(random.between(2000, 94000)) / 1000};
-    const double yaw = double(random.between(0, 6283)) / 1000, ux = std::cos(yaw), uy = std::sin(yaw);
-    const double half = double(random.between(200, 2000)) / 1000, width = half / 2;
-    std::vector<Place> corners;
-    for (const auto& [x, y] : {std::pair(half, width), {-half, width}, {-half, -width}, {half, -width}})
-      corners.push_back({centre.x_m + ux * x - uy * y, centre.y_m + uy * x + ux * y});
-    const CheckAnswer answer = check_polygon(terrain, corners, some_limits());
-    expect_agrees(
-        map, answer,
-        [&](Place p, double more) {
-          const double dx = p.x_m - centre.x_m, dy = p.y_m - centre.y_m;
-          return std::abs(ux * dx + uy * dy) <= half + more && std::abs(ux * dy - uy * dx) <= width + more;
-        },
-        centre, 1.2 * half);
-    std::reverse(corners.begin(), corners.end());
-    EXPECT_EQ(check_polygon(terrain, corners, some_limits()).safe, answer.safe);
+TEST(Footprint, APoseIsItsPolygon) {
+  const Terrain terrain(hazard_map(16));
+  for (int k = 0; k < 500; ++k) {
+    const Place at{2 + k * 0.18, 90 - k * 0.15};
+    std::vector<Place> turned;
+    for (const Place p : kBody) turned.push_back({at.x_m - p.y_m, at.y_m + p.x_m});
+    ASSERT_TRUE(check_pose(terrain, {at, std::numbers::pi / 2}, kBody, {}) == check_polygon(terrain, turned, {})) << k;
   }
 }
 
-// Level ground; one node is an obstacle, one too rough, and so on.
-TEST(Footprint, NamesWhatIsInTheWay) {
-  MapLayout layout{Lattice(1000), {8, {}}};
-  auto map = std::make_shared<MemoryMap>(layout);
-  TerrainTile tile(1000, {0, 0, 8, 8});
-  std::fill(tile.corner_mm.begin(), tile.corner_mm.end(), 0);
-  std::fill(tile.centre_mm.begin(), tile.centre_mm.end(), 0);
-  for (NodeSurface& node : tile.nodes) node.state = NodeState::kObserved;
-  const auto node = [&](std::int32_t col, std::int32_t row) -> NodeSurface& {
-    return tile.nodes[tile.node_index({{col, row}, kEast})];
-  };
-  node(1, 1).state = NodeState::kObstacle;
-  node(3, 1).step_mm = 250;
-  node(5, 1).roughness_mm = 90;
-  node(1, 4).clearance_mm = 1500;
-  node(3, 4).state = NodeState::kUnknown;
-  node(5, 4).step_mm = 100;
-  tile.centre_mm[tile.cell_index({6, 6})] = 400;
-  map->put({0, 0}, std::move(tile));
-  const Terrain terrain(map);
-  VehicleLimits limits;
-  limits.height_m = 1.8;
-  limits.roughness_m = 0.08;
-  const auto at = [&](double x, double y) { return check_disc(terrain, {x, y}, 0.05, limits); };
-  EXPECT_EQ(at(1.9, 1.5).hazard, Hazard::kObstacle);
-  EXPECT_EQ(at(3.9, 1.5).hazard, Hazard::kStep);
-  EXPECT_EQ(at(5.9, 1.5).hazard, Hazard::kRoughness);
-  EXPECT_EQ(at(1.9, 4.5).hazard, Hazard::kClearance);
-  EXPECT_EQ(at(3.9, 4.5).hazard, Hazard::kUnknown);
-  EXPECT_EQ(at(6.9, 6.5).hazard, Hazard::kSlope);
-  EXPECT_EQ(at(-3, 1).hazard, Hazard::kOutside);
-  EXPECT_TRUE(at(5.9, 4.5).safe);
-  EXPECT_NEAR(at(5.9, 4.5).traversability, 0.5, 1e-6);
-  EXPECT_EQ(at(2.5, 2.5).traversability, 1);
-  limits.unknown_is_safe = true;
-  EXPECT_TRUE(at(3.9, 4.5).safe);
-  EXPECT_TRUE(at(-3, 1).safe);
-
-  limits.unknown_is_safe = false;
-  const std::vector<Place> path = {{0.5, 2.5}, {3.0, 2.5}, {4.2, 1.5}, {7.5, 1.5}};
-  const CheckAnswer drive = check_path(terrain, path, 0.2, limits);
-  EXPECT_EQ(drive.hazard, Hazard::kStep) << "the first on the way";
-  const std::vector<Place> footprint = {{0.2, 0.1}, {-0.2, 0.1}, {-0.2, -0.1}, {0.2, -0.1}};
-  EXPECT_EQ(check_path(terrain, path, footprint, limits).hazard, Hazard::kStep);
-  EXPECT_TRUE(check_path(terrain, std::vector<Place>{{0.5, 2.5}, {7.5, 2.5}}, footprint, limits).safe);
-  EXPECT_FALSE(check_path(terrain, std::vector<Place>{{0.5, 2.5}, {NAN, 2.5}}, 0.1, limits).safe);
-
-  const auto nearest = nearest_traversable(terrain, {1.9, 1.5}, 0.01, 5, limits);
-  ASSERT_TRUE(nearest);
-  EXPECT_NEAR(nearest->x_m, 2.0 + 1.0 / 6, 1e-9);
-  EXPECT_NEAR(nearest->y_m, 1.5, 1e-9);
-  EXPECT_FALSE(nearest_traversable(terrain, {-50, 0}, 0.1, 20, limits));
+TEST(Footprint, AStraightPathIsWhatItSweeps) {
+  const Terrain terrain(hazard_map(16));
+  int safe = 0;
+  for (int k = 0; k < 700; ++k) {
+    const Place from{2 + k % 90 * 1.0, 3 + k * 0.125};
+    const double way = 0.5 + k % 7;
+    const std::vector<Place> path = {from, {from.x_m + way / 3, from.y_m}, {from.x_m + way, from.y_m}};
+    const std::vector<Place> swept = {{from.x_m - 0.5, from.y_m - 0.4},
+                                      {from.x_m + way + 1, from.y_m - 0.4},
+                                      {from.x_m + way + 1, from.y_m + 0.4},
+                                      {from.x_m - 0.5, from.y_m + 0.4}};
+    VehicleLimits limits;
+    limits.step_m = 0.3;
+    const CheckAnswer along = check_path(terrain, path, kBody, limits), whole = check_polygon(terrain, swept, limits);
+    ASSERT_EQ(along.safe, whole.safe) << k;
+    ASSERT_EQ(along.traversability, whole.traversability) << k;
+    safe += along.safe;
+  }
+  EXPECT_GT(safe, 70);
+  EXPECT_LT(safe, 630);
 }
 
-TEST(Footprint, NoQuestionIsTooOdd) {
-  const MemoryMap map = rolling_map(2);
-  const Terrain terrain(std::make_shared<CountingMap>(map));
-  const VehicleLimits limits;
-  EXPECT_FALSE(check_disc(terrain, {NAN, 0}, 1, limits).safe);
-  EXPECT_FALSE(check_disc(terrain, {1e300, 0}, 1, limits).safe);
-  EXPECT_THROW(check_disc(terrain, {0, 0}, 1e9, limits), Error);
-  EXPECT_THROW(check_disc(terrain, {0, 0}, NAN, limits), Error);
-  EXPECT_THROW(check_disc(terrain, {0, 0}, INFINITY, limits), Error);
-  EXPECT_THROW(check_polygon(terrain, std::vector<Place>{{0, 0}, {1, 1}}, limits), Error);
-  EXPECT_NO_THROW(check_polygon(terrain, std::vector<Place>{{9, 9}, {9, 9}, {9, 9}}, limits));
-  EXPECT_THROW(check_path(terrain, std::vector<Place>{{0, 0}, {6e7, 0}}, 1, limits), Error);
-  EXPECT_THROW(check_path(terrain, std::vector<Place>{}, 1, limits), Error);
-  VehicleLimits nobody;
-  nobody.slope_deg = NAN;
-  EXPECT_FALSE(check_disc(terrain, {20, 20}, 1, nobody).safe);
+// A post beside the bend that neither way touches: only the turn does.
+TEST(Footprint, TurningSweepsToo) {
+  Yard yard;
+  yard.node({4, 4}, kSouth).state = NodeState::kObstacle;  // 8..10, 8..9
+  const Terrain terrain = yard.terrain();
+  const std::vector<Place> boom = {{0, -0.1}, {3.5, -0.1}, {3.5, 0.1}, {0, 0.1}};
+  const std::vector<Place> bend = {{4, 6.5}, {6.5, 6.5}, {6.5, 8}};
+  EXPECT_TRUE(check_path(terrain, std::span(bend).first(2), boom, {}).safe);
+  EXPECT_TRUE(check_path(terrain, std::span(bend).last(2), boom, {}).safe);
+  const CheckAnswer answer = check_path(terrain, bend, boom, {});
+  EXPECT_EQ(answer.hazard, Hazard::kObstacle);
+  EXPECT_NEAR(answer.at.x_m, 9, 1e-9);
+  EXPECT_NEAR(answer.at.y_m, 8 + 1 / 3.0, 1e-9);
+  const std::vector<Place> other_way = {{6.5, 4}, {6.5, 5}, {5, 5}};
+  EXPECT_TRUE(check_path(terrain, other_way, boom, {}).safe) << "the shorter way round, by the north-west";
 }
 
-TEST(Profile, PlacesOfTheLineAndEveryStepBetween) {
-  const MemoryMap map = rolling_map(2);
-  const Terrain terrain(std::make_shared<CountingMap>(map));
-  const std::vector<Place> line = {{1, 1}, {4, 5}, {4, 9.5}};
-  const auto sparse = profile(terrain, line, 0);
-  ASSERT_EQ(sparse.size(), 3u);
-  EXPECT_EQ(sparse[2].distance_m, 9.5);
-  const auto dense = profile(terrain, line, 2);
-  ASSERT_EQ(dense.size(), 7u);  // 0 2 4 5 6 8 9.5
-  EXPECT_EQ(dense[1].distance_m, 2);
-  EXPECT_NEAR(dense[1].place.x_m, 2.2, 1e-12);
-  EXPECT_NEAR(dense[4].place.y_m, 6, 1e-12);
-  for (const ProfilePoint& p : dense) EXPECT_EQ(p.height.status, terrain.height(p.place).status);
-  EXPECT_THROW(profile(terrain, line, 1e-9), Error);
-  EXPECT_THROW(profile(terrain, std::vector<Place>{}, 1), Error);
-  EXPECT_THROW(profile(terrain, std::vector<Place>{{0, 0}, {NAN, 1}}, 1), Error);
+TEST(Footprint, TheFirstHazardOfAPath) {
+  Yard yard;
+  yard.node({4, 2}, kWest).step_mm = 900;
+  yard.node({2, 2}, kWest).state = NodeState::kObstacle;
+  const Terrain terrain = yard.terrain();
+  const std::vector<Place> east = {{2, 5}, {10, 5}}, west = {{10, 5}, {2, 5}}, stand = {{3, 5}, {3, 5}};
+  EXPECT_EQ(check_path(terrain, east, kBody, {}).hazard, Hazard::kObstacle);
+  EXPECT_EQ(check_path(terrain, west, kBody, {}).hazard, Hazard::kStep);
+  EXPECT_TRUE(check_path(terrain, stand, kBody, {}) == check_pose(terrain, {{3, 5}, 0}, kBody, {}));
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "engine/error.h"
 #include "engine/model/memory_map.h"
@@ -54,11 +56,12 @@ class CountingMap final : public TileSource {
   std::vector<TileId> tiles() const override { return map_.tiles(); }
   std::shared_ptr<const TerrainTile> load(TileId id) const override {
     ++loads;
+    if (slow) std::this_thread::sleep_for(std::chrono::milliseconds(2));
     if (refuse && id == TileId{1, 1}) throw Error(ErrorCode::kVerification, "damaged");
     return std::make_shared<const TerrainTile>(*map_.load(id));
   }
   mutable std::atomic<int> loads{0};
-  std::atomic<bool> refuse{false};
+  std::atomic<bool> refuse{false}, slow{false};
 
  private:
   const MemoryMap& map_;

@@ -64,6 +64,48 @@ TEST(TileCache, AnEvictedTileLivesWhileItIsPinned) {
   EXPECT_EQ(shared->nodes, map.load({2, 0})->nodes);
 }
 
+TEST(TileCache, AnEvictedTileThatIsPinnedComesBackWithoutALoad) {
+  const MemoryMap map = rolling_map(2);
+  const auto source = std::make_shared<CountingMap>(map);
+  const TileCache cache(source, 1);
+  const TileCache::Pin pin = cache.pin({1, 1});
+  cache.pin({0, 0});
+  EXPECT_EQ(cache.counts().evictions, 1u);
+  EXPECT_EQ(cache.pin({1, 1}).get(), pin.get());
+  EXPECT_EQ(source->loads, 2);
+  EXPECT_EQ(cache.counts().bytes, memory_bytes(*pin));
+}
+
+// Whoever comes while a tile is being read waits for it.
+TEST(TileCache, ThreadsThatAskTogetherLoadOnce) {
+  const MemoryMap map = rolling_map(3);
+  const auto source = std::make_shared<CountingMap>(map);
+  source->slow = true;
+  const TileCache cache(source);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 8; ++t)
+    threads.emplace_back([&] {
+      for (const TileId id : map.tiles()) EXPECT_TRUE(cache.pin(id));
+    });
+  for (std::thread& t : threads) t.join();
+  EXPECT_EQ(source->loads, 9);
+}
+
+TEST(TileCache, TryingTellsDamagedFromAbsent) {
+  const MemoryMap map = rolling_map(2);
+  const auto source = std::make_shared<CountingMap>(map);
+  const TileCache cache(source);
+  source->refuse = true;
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_FALSE(cache.try_pin({1, 1}));
+    EXPECT_TRUE(cache.try_pin({1, 1}).damaged());
+  }
+  EXPECT_EQ(source->loads, 1);
+  EXPECT_FALSE(cache.try_pin({5, 5}));
+  EXPECT_FALSE(cache.try_pin({5, 5}).damaged());
+  EXPECT_TRUE(cache.try_pin({0, 1}));
+}
+
 TEST(TileCache, ADamagedTileIsTriedAgainByLoadOnly) {
   const MemoryMap map = rolling_map(2);
   const auto source = std::make_shared<CountingMap>(map);

@@ -1,0 +1,229 @@
+// What planners ask, of the city's map on disk (r = 2 m), in tiles that are in the cache; "points" are queries.
+//   BM_Height      the height at 100 k scattered places, one call each, by 1 or 2 threads at once
+//   BM_Heights     the same places in one call: scattered, or row by row through a window
+//   BM_CheckDisc   discs of 1 or 2 m at those places (2 m are as much work as 1 m in a map of 1 m)
+//                  checked: against polygons inside and around the disc
+//   BM_CheckPose   footprints of a car, turned
+//   BM_CheckPath   a car along 100 m; queries are paths
+//   BM_Profile     heights each metre of those 100 m; queries are points
+//   BM_ColdTile    a height in a tile that is not in the cache: read, decompressed, checked
+// Heights are checked against those of the map in memory.
+#include <cmath>
+#include <thread>
+
+#include "bench/bench_city.h"
+#include "bench/measure.h"
+#include "engine/query/footprint.h"
+#include "engine/query/profile.h"
+#include "io/store/open_terrain.h"
+
+namespace btms::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kPi = 3.14159265358979323846;
+
+constexpr int kResolution_m = 2;
+
+const fs::path& stored_map() {
+  static const fs::path path = [] {
+    const CityMap& built = city_map(kResolution_m);
+    const fs::path made = folder() / "queried.btms";
+    const auto writer = MapWriter::create(made, built.map.layout());
+    for (const TileId id : built.map.tiles()) writer->put(id, TerrainTile(*built.map.load(id)));
+    MapInfo info;
+    info.parameters = city_options(kResolution_m).parameters;
+    info.digest = built.summary.digest;
+    writer->publish(info, {writer->finish()});
+    return made;
+  }();
+  return path;
+}
+
+// Low-discrepancy, so that no cache line is met in order.
+std::vector<Place> scattered() {
+  std::vector<Place> made;
+  const Scene& scene = *city().scene;
+  for (int i = 1; i <= 100'000; ++i)
+    made.push_back({std::fmod(i * 0.7548776662466927, 1.0) * scene.width_m(),
+                    std::fmod(i * 0.5698402909980532, 1.0) * scene.height_m()});
+  return made;
+}
+
+std::vector<Place> window() {
+  std::vector<Place> made;
+  const Scene& scene = *city().scene;
+  for (int row = 0; row < 250; ++row)
+    for (int col = 0; col < 400; ++col)
+      made.push_back({scene.width_m() * (0.2 + col / 800.0), scene.height_m() * (0.2 + row / 500.0)});
+  return made;
+}
+
+// The map on disk with all its tiles in the cache, once its heights are known to be right.
+const Terrain& warm() {
+  static const Terrain terrain = [] {
+    const Terrain opened = open_terrain(stored_map()).terrain;
+    const std::vector<Place> places = scattered();
+    std::vector<HeightAnswer> answers(places.size());
+    opened.heights(places, answers);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const SurfacePoint s = surface_at(city_map(kResolution_m).map, places[i].x_m, places[i].y_m);
+      const bool known = s.state != NodeState::kUnknown;
+      verify(answers[i].state == s.state && (!known || answers[i].z_m == s.z_m), "heights are the map's");
+      verify(!known || opened.height(places[i]).z_m == s.z_m, "one by one, too");
+    }
+    return opened;
+  }();
+  return terrain;
+}
+
+void BM_Height(benchmark::State& state) {
+  const Terrain& terrain = warm();
+  const std::vector<Place> places = scattered();
+  const auto all = [&] {
+    for (const Place p : places) benchmark::DoNotOptimize(terrain.height(p));
+  };
+  Measure m(state, places.size() * static_cast<std::uint64_t>(state.range(0)), 0);
+  for (auto _ : state)
+    m.time([&] {
+      std::vector<std::thread> others;
+      for (std::int64_t t = 1; t < state.range(0); ++t) others.emplace_back(all);
+      all();
+      for (std::thread& t : others) t.join();
+    });
+}
+
+void BM_Heights(benchmark::State& state, std::vector<Place> (*where)()) {
+  const Terrain& terrain = warm();
+  const std::vector<Place> places = where();
+  std::vector<HeightAnswer> answers(places.size());
+  Measure m(state, places.size(), 0);
+  for (auto _ : state)
+    m.time([&] {
+      terrain.heights(places, answers);
+      benchmark::ClobberMemory();
+    });
+}
+
+std::vector<Place> circle(Place centre, double radius_m) {
+  std::vector<Place> polygon;
+  for (int i = 0; i < 64; ++i)
+    polygon.push_back({centre.x_m + radius_m * std::cos(i * kPi / 32), centre.y_m + radius_m * std::sin(i * kPi / 32)});
+  return polygon;
+}
+
+void verify_discs(const Terrain& terrain, const std::vector<Place>& places, double radius_m,
+                  const VehicleLimits& limits) {
+  std::size_t safe = 0;
+  for (std::size_t i = 0; i < places.size(); i += 10) {
+    const CheckAnswer disc = check_disc(terrain, places[i], radius_m, limits);
+    const CheckAnswer inside = check_polygon(terrain, circle(places[i], radius_m - 0.001), limits);
+    const CheckAnswer around = check_polygon(terrain, circle(places[i], 1.004 * radius_m), limits);
+    verify(inside.traversability >= disc.traversability && disc.traversability >= around.traversability &&
+               inside.safe >= disc.safe && disc.safe >= around.safe,
+           "a disc is between the polygons inside and around it");
+    safe += disc.safe;
+  }
+  const double share = 10 * static_cast<double>(safe) / static_cast<double>(places.size());
+  verify(share > 0.05 && share < 0.95, "some discs are safe, some not: " + std::to_string(share));
+}
+
+// Checks end at the first hazard, so these limits are never exceeded, and obstacles are left out.
+VehicleLimits no_limits() {
+  VehicleLimits limits;
+  limits.slope_deg = 90;
+  limits.step_m = 1000;
+  limits.height_m = 0;
+  limits.unknown_is_safe = true;
+  return limits;
+}
+
+const std::vector<Place> kCar = {{-1, -0.9}, {3.2, -0.9}, {3.2, 0.9}, {-1, 0.9}};
+
+std::vector<Place> free_places() {
+  std::vector<Place> places = scattered();
+  std::erase_if(places, [](Place p) { return !check_disc(warm(), p, 4, no_limits()).safe; });
+  verify(places.size() > 10'000, "a tenth of the city is free");
+  return places;
+}
+
+// 100 m without an obstacle.
+std::vector<Place> street() {
+  for (const Place from : scattered()) {
+    const std::vector<Place> way = {from, {from.x_m + 80, from.y_m + 60}};
+    const bool inside = way[1].x_m < city().scene->width_m() && way[1].y_m < city().scene->height_m();
+    if (inside && check_path(warm(), way, kCar, no_limits()).safe) return way;
+  }
+  verify(false, "there is a way of 100 m");
+  return {};
+}
+
+void BM_CheckDisc(benchmark::State& state) {
+  const auto radius_m = static_cast<double>(state.range(0));
+  const Terrain& terrain = warm();
+  const std::vector<Place> places = free_places();
+  const VehicleLimits limits = no_limits();
+  verify_once("disc" + std::to_string(state.range(0)),
+              [&] { verify_discs(terrain, scattered(), radius_m, limits_of(city_options(kResolution_m).parameters)); });
+  Measure m(state, places.size(), 0);
+  for (auto _ : state)
+    m.time([&] {
+      for (const Place p : places) benchmark::DoNotOptimize(check_disc(terrain, p, radius_m, limits));
+    });
+}
+
+void BM_CheckPose(benchmark::State& state) {
+  const Terrain& terrain = warm();
+  const std::vector<Place> places = free_places();
+  const VehicleLimits limits = no_limits();
+  Measure m(state, places.size(), 0);
+  for (auto _ : state)
+    m.time([&] {
+      for (std::size_t i = 0; i < places.size(); ++i)
+        benchmark::DoNotOptimize(check_pose(terrain, {places[i], 0.001 * static_cast<double>(i)}, kCar, limits));
+    });
+}
+
+void BM_CheckPath(benchmark::State& state) {
+  const Terrain& terrain = warm();
+  const std::vector<Place> way = street();
+  const VehicleLimits limits = no_limits();
+  Measure m(state, 1, 0);
+  for (auto _ : state) m.time([&] { benchmark::DoNotOptimize(check_path(terrain, way, kCar, limits)); });
+}
+
+void BM_Profile(benchmark::State& state) {
+  const Terrain& terrain = warm();
+  const std::vector<Place> line = street();
+  verify(profile(terrain, line, 1).size() == 101, "a point a metre");
+  Measure m(state, 101, 0);
+  for (auto _ : state) m.time([&] { benchmark::DoNotOptimize(profile(terrain, line, 1)); });
+}
+
+void BM_ColdTile(benchmark::State& state) {
+  warm();
+  const Terrain cold = open_terrain(stored_map(), {.cache_bytes = 1}).terrain;
+  const std::vector<TileId> ids = cold.tiles().tiles();
+  Measure m(state, ids.size(), 0);
+  for (auto _ : state)
+    m.time([&] {
+      for (const TileId id : ids) {
+        const CellBox box = cold.layout().grid.box_of(id);
+        benchmark::DoNotOptimize(cold.height({box.col0 * 2.0 + 1, box.row0 * 2.0 + 1}));
+      }
+    });
+  verify(cold.tiles().counts().loads == ids.size() * state.iterations(), "every tile was read every time");
+}
+
+BENCHMARK(BM_Height)->ArgName("threads")->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_Heights, scattered, scattered)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_Heights, window, window)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_CheckDisc)->ArgName("radius")->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_CheckPose)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_CheckPath)->UseManualTime()->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_Profile)->UseManualTime()->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_ColdTile)->UseManualTime()->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace btms::bench
