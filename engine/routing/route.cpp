@@ -1,242 +1,189 @@
 #include "engine/routing/route.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <numbers>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <queue>
+#include <unordered_map>
 
 #include "engine/lattice/coordinates.h"
+#include "engine/routing/graph_reader.h"
+#include "engine/routing/straight_line.h"
 
 namespace btms {
 namespace {
 
-constexpr std::uint8_t kNobody = 255;
+constexpr double kLimit_m = static_cast<double>(kMaxHorizontal_mm) / 2000;
+bool is_place(Place p) { return std::abs(p.x_m) <= kLimit_m && std::abs(p.y_m) <= kLimit_m; }
+std::int64_t millimetres(double m) { return static_cast<std::int64_t>(std::floor(m * 1000 + 0.5)); }
+// As points are.
+Place rounded(Place p) {
+  return {static_cast<double>(millimetres(p.x_m)) / 1000, static_cast<double>(millimetres(p.y_m)) / 1000};
+}
 
-// A tile while a search goes over it.
-struct Visited {
-  std::shared_ptr<const TileGraph> graph;
-  std::vector<double> weight;      // from the start; infinite: not reached
-  std::vector<std::uint8_t> from;  // which neighbour it was reached from
+Place place_of(const Centroid& c) { return {static_cast<double>(c.x3) / 3000, static_cast<double>(c.y3) / 3000}; }
+
+// An end of the route: a node and a place on it.
+struct End {
+  NodeId id;
+  Place place;
 };
 
-class Search {
- public:
-  Search(const TraversalGraph& graph, const RouteRules& rules)
-      : graph_(graph), rules_(rules), layout_(graph.terrain().layout()), r_m_(layout_.lattice.resolution_m()) {}
+// The node below the place, else the nearest by its centroid, of equally near ones that of the smaller key.
+std::optional<End> snap(GraphReader& graph, Place place, double most_m) {
+  if (!is_place(place)) return {};
+  const Lattice& lattice = graph.layout().lattice;
+  const NodeId own = lattice.node_at(millimetres(place.x_m), millimetres(place.y_m));
+  if (graph.find(own)) return End{own, rounded(place)};
 
-  Route between(Place start, Place goal) {
-    Route route;
-    const auto from = snap(start), to = snap(goal);
-    if (!from || !to) {
-      route.status = from ? RouteStatus::kNoGoal : RouteStatus::kNoStart;
-      return route;
+  constexpr double kMostSquares = 1024;
+  const double r_m = lattice.resolution_m();
+  const double most = std::min(std::isfinite(most_m) ? std::max(most_m, 0.0) : 0.0, kMostSquares * r_m);
+  std::optional<End> best;
+  double best2 = most * most;
+  const auto look = [&](Cell cell) {
+    for (std::uint8_t t = 0; t < kTriangles; ++t) {
+      const NodeId id{cell, t};
+      const GraphNode* node = graph.find(id);
+      if (!node) continue;
+      const Place at = place_of(centroid_of(id, *node, lattice));
+      const double dx = at.x_m - place.x_m, dy = at.y_m - place.y_m, distance2 = dx * dx + dy * dy;
+      if (distance2 > best2 || (best && distance2 == best2 && node_key(best->id) < node_key(id))) continue;
+      best = {id, at};
+      best2 = distance2;
     }
-    goal_ = *to;
-    goal_at_ = at(goal_);
-    route.status = run(*from);
-    route.settled = settled_;
-    if (route.status == RouteStatus::kFound) trace(*from, route);
-    return route;
+  };
+  // Squares at ring k are at least (k - 1) r away.
+  for (std::int32_t ring = 0; std::max(ring - 1, 0) * r_m <= std::sqrt(best2); ++ring)
+    for (std::int32_t d = -ring; d <= ring; ++d) {
+      look({own.cell.col + d, own.cell.row - ring});
+      if (ring > 0) look({own.cell.col + d, own.cell.row + ring});
+      if (std::abs(d) == ring) continue;
+      look({own.cell.col - ring, own.cell.row + d});
+      look({own.cell.col + ring, own.cell.row + d});
+    }
+  return best;
+}
+
+// What a search knows of the nodes it has met, in blocks of squares that have nothing to do with tiles.
+class Known {
+ public:
+  struct Node {
+    double weight = std::numeric_limits<double>::infinity();  // of the best way there so far
+    NodeKey from = 0;
+    bool settled = false;
+  };
+
+  Node& of(NodeId id) {
+    const Cell block{id.cell.col >> kBits, id.cell.row >> kBits};
+    if (!last_ || block != last_block_) {
+      auto& nodes = blocks_[node_key({block, 0})];
+      if (!nodes) nodes = std::make_unique<Node[]>(kNodes);
+      last_block_ = block;
+      last_ = nodes.get();
+    }
+    constexpr std::int32_t kMask = (1 << kBits) - 1;
+    const auto cell = static_cast<std::size_t>((id.cell.row & kMask) << kBits | (id.cell.col & kMask));
+    return last_[cell * kTriangles + id.triangle];
   }
+  std::size_t bytes() const { return blocks_.size() * kNodes * sizeof(Node); }
 
  private:
-  struct Waiting {
-    double estimate;  // weight so far and at least still to come
-    NodeKey key;
-    double weight;
-    // Of equal estimates the one that has come further, then the smaller key.
-    friend bool operator<(const Waiting& a, const Waiting& b) {
-      if (a.estimate != b.estimate) return a.estimate > b.estimate;
-      if (a.weight != b.weight) return a.weight < b.weight;
-      return a.key > b.key;
-    }
-  };
-
-  // nullptr where nothing of the map is; the tile asked for last is at hand.
-  Visited* visit(Cell cell) {
-    if (last_ && last_->graph->box.contains(cell)) return last_;
-    const TileId id = layout_.grid.tile_of(cell);
-    auto it = visited_.find(id);
-    if (it == visited_.end()) {
-      Visited visited{graph_.tile(id), {}, {}};
-      if (visited.graph) {
-        visited.weight.assign(visited.graph->cost.size(), std::numeric_limits<double>::infinity());
-        visited.from.assign(visited.graph->cost.size(), kNobody);
-      }
-      it = visited_.emplace(id, std::move(visited)).first;
-    }
-    if (!it->second.graph || !it->second.graph->box.contains(cell)) return nullptr;
-    return last_ = &it->second;
-  }
-  bool is_node(NodeId id) {
-    const Visited* tile = visit(id.cell);
-    return tile && tile->graph->cost[tile->graph->index(id)] != kNotTraversable;
-  }
-
-  struct Spot {
-    double x_m, y_m, z_m;
-  };
-  Spot at(NodeId id) {
-    const Visited& tile = *visit(id.cell);
-    const auto x3 =
-        3 * layout_.lattice.centre_x_mm(id.cell) + centroid_x3(id.triangle, layout_.lattice.resolution_mm());
-    const auto y3 =
-        3 * layout_.lattice.centre_y_mm(id.cell) + centroid_y3(id.triangle, layout_.lattice.resolution_mm());
-    return {static_cast<double>(x3) / 3000, static_cast<double>(y3) / 3000,
-            tile.graph->z_mm[tile.graph->index(id)] / 1000.0};
-  }
-  double cost(NodeId id) {
-    const Visited& tile = *visit(id.cell);
-    return tile.graph->cost[tile.graph->index(id)] / 254.0;
-  }
-  static double distance(const Spot& a, const Spot& b) {
-    const double dx = a.x_m - b.x_m, dy = a.y_m - b.y_m, dz = a.z_m - b.z_m;
-    return std::sqrt(dx * dx + dy * dy + dz * dz);
-  }
-
-  // The node that holds the place, or the nearest centroid within reach; of equally near ones the smaller key.
-  std::optional<NodeId> snap(Place place) {
-    constexpr double kLimit_m = static_cast<double>(kMaxHorizontal_mm) / 2000;
-    if (!(std::abs(place.x_m) <= kLimit_m && std::abs(place.y_m) <= kLimit_m)) return {};
-    const auto mm = [](double m) { return static_cast<std::int64_t>(std::floor(m * 1000 + 0.5)); };
-    const NodeId own = layout_.lattice.node_at(mm(place.x_m), mm(place.y_m));
-    if (is_node(own)) return own;
-    const auto rings = static_cast<std::int32_t>(std::min(std::ceil(rules_.snap_m / r_m_), 64.0));
-    std::optional<NodeId> best;
-    double best2 = rules_.snap_m * rules_.snap_m;
-    for (std::int32_t row = own.cell.row - rings; row <= own.cell.row + rings; ++row)
-      for (std::int32_t col = own.cell.col - rings; col <= own.cell.col + rings; ++col)
-        for (std::uint8_t t = 0; t < kTriangles; ++t) {
-          const NodeId id{{col, row}, t};
-          if (!is_node(id)) continue;
-          const Spot spot = at(id);
-          const double dx = spot.x_m - place.x_m, dy = spot.y_m - place.y_m, distance2 = dx * dx + dy * dy;
-          if (distance2 < best2 || (!best && distance2 == best2)) {
-            best = id;
-            best2 = distance2;
-          }
-        }
-    return best;
-  }
-
-  RouteStatus run(NodeId start) {
-    std::priority_queue<Waiting> waiting;
-    {
-      Visited& tile = *visit(start.cell);
-      tile.weight[tile.graph->index(start)] = 0;
-      waiting.push({distance(at(start), goal_at_), node_key(start), 0});
-    }
-    while (!waiting.empty()) {
-      const Waiting next = waiting.top();
-      waiting.pop();
-      const NodeId node = node_of_key(next.key);
-      Visited* tile = visit(node.cell);
-      const std::size_t i = tile->graph->index(node);
-      if (next.weight > tile->weight[i]) continue;  // reached on a cheaper way since
-      if (node == goal_) return RouteStatus::kFound;
-      if (++settled_ > rules_.most_nodes || visited_.size() > rules_.most_tiles) return RouteStatus::kTooFar;
-      const Spot here = at(node);
-      const double cost_here = tile->graph->cost[i] / 254.0;
-      for (unsigned edges = tile->graph->edges[i]; edges != 0; edges &= edges - 1) {
-        const auto k = static_cast<std::uint8_t>(std::countr_zero(edges));
-        const NodeId other = neighbour(node, k);
-        Visited* there = visit(other.cell);
-        const std::size_t j = there->graph->index(other);
-        const Spot spot = at(other);
-        const double weight =
-            next.weight +
-            distance(here, spot) * (1 + rules_.cost_weight * (cost_here + there->graph->cost[j] / 254.0) / 2);
-        if (!(weight < there->weight[j])) continue;
-        there->weight[j] = weight;
-        there->from[j] = kBackwards[node.triangle][k];
-        waiting.push({weight + distance(spot, goal_at_), node_key(other), weight});
-      }
-    }
-    return RouteStatus::kBlocked;
-  }
-
-  void trace(NodeId start, Route& route) {
-    std::vector<NodeId> nodes{goal_};
-    while (nodes.back() != start) {
-      Visited& tile = *visit(nodes.back().cell);
-      nodes.push_back(neighbour(nodes.back(), tile.from[tile.graph->index(nodes.back())]));
-    }
-    std::reverse(nodes.begin(), nodes.end());
-    std::vector<double> weights;
-    for (const NodeId& n : nodes) {
-      Visited& tile = *visit(n.cell);
-      weights.push_back(tile.weight[tile.graph->index(n)]);
-    }
-    route.weight = weights.back();
-    const auto add = [&](NodeId n) {
-      const Spot s = at(n);
-      route.points.push_back({{s.x_m, s.y_m}, s.z_m});
-    };
-    // From every node the longest straight line, by doubling and then halving, that is no worse than the way.
-    add(nodes[0]);
-    for (std::size_t i = 0; i + 1 < nodes.size();) {
-      const auto fits = [&](std::size_t k) {
-        return straight(nodes[i], nodes[k], (weights[k] - weights[i]) * (1 + 1e-9));
-      };
-      std::size_t good = i + 1, step = 2;
-      while (i + step < nodes.size() && fits(i + step)) {
-        good = i + step;
-        step *= 2;
-      }
-      for (std::size_t half = step / 2; half > 0; half /= 2)
-        if (good + half < nodes.size() && good + half < i + step && fits(good + half)) good += half;
-      add(nodes[good]);
-      i = good;
-    }
-    for (std::size_t i = 1; i < route.points.size(); ++i) {
-      const RoutePoint &a = route.points[i - 1], &b = route.points[i];
-      const double flat = std::hypot(b.place.x_m - a.place.x_m, b.place.y_m - a.place.y_m);
-      route.length_m += std::hypot(flat, b.z_m - a.z_m);
-      if (flat > 0)
-        route.steepest_deg =
-            std::max(route.steepest_deg, std::atan(std::abs(b.z_m - a.z_m) / flat) * 180 / std::numbers::pi);
-    }
-  }
-
-  // Whether the line crosses nodes of the graph only, from one to the next over edges, and weighs no more.
-  bool straight(NodeId from, NodeId to, double most) {
-    const Spot a = at(from), b = at(to);
-    const double length = distance(a, b);
-    if (length > most) return false;
-    const auto steps = static_cast<std::size_t>(std::ceil(std::hypot(b.x_m - a.x_m, b.y_m - a.y_m) / (r_m_ / 8)));
-    NodeId before = from;
-    double weight = 0;
-    for (std::size_t s = 1; s <= steps; ++s) {
-      const double share = (static_cast<double>(s) - 0.5) / static_cast<double>(steps);
-      const auto mm = [](double m) { return static_cast<std::int64_t>(std::floor(m * 1000 + 0.5)); };
-      const NodeId node =
-          layout_.lattice.node_at(mm(a.x_m + share * (b.x_m - a.x_m)), mm(a.y_m + share * (b.y_m - a.y_m)));
-      if (!is_node(node) || !joined(before, node)) return false;
-      before = node;
-      weight += length / static_cast<double>(steps) * (1 + rules_.cost_weight * cost(node));
-    }
-    return joined(before, to) && weight <= most;
-  }
-  bool joined(NodeId a, NodeId b) {
-    if (a == b) return true;
-    const Visited& tile = *visit(a.cell);
-    for (unsigned edges = tile.graph->edges[tile.graph->index(a)]; edges != 0; edges &= edges - 1)
-      if (neighbour(a, static_cast<std::uint8_t>(std::countr_zero(edges))) == b) return true;
-    return false;
-  }
-
-  const TraversalGraph& graph_;
-  const RouteRules& rules_;
-  const MapLayout& layout_;
-  const double r_m_;
-  std::unordered_map<TileId, Visited, TileIdHash> visited_;
-  Visited* last_ = nullptr;
-  NodeId goal_;
-  Spot goal_at_{};
-  std::size_t settled_ = 0;
+  static constexpr int kBits = 5;
+  static constexpr std::size_t kNodes = (std::size_t{1} << 2 * kBits) * kTriangles;
+  std::unordered_map<NodeKey, std::unique_ptr<Node[]>> blocks_;
+  Cell last_block_;
+  Node* last_ = nullptr;
 };
+
+// The nodes from start to goal; empty unless the status is kFound. The heuristic is the straight line in space: every
+// edge weighs at least its length, so it never exceeds what is left, nor falls by more than the edge taken.
+RouteStatus search(GraphReader& graph, NodeId start, NodeId goal, const RouteRules& rules, std::vector<NodeId>& way,
+                   std::size_t& settled) {
+  struct Open {
+    double bound;  // of the weight of a whole way over it
+    NodeKey key;
+    bool operator<(const Open& o) const { return bound != o.bound ? bound > o.bound : key > o.key; }
+  };
+  const Lattice& lattice = graph.layout().lattice;
+  const Centroid aim = centroid_of(goal, *graph.find(goal), lattice);
+  std::priority_queue<Open> open;
+  Known known;
+  known.of(start).weight = 0;
+  open.push({distance_m(centroid_of(start, *graph.find(start), lattice), aim), node_key(start)});
+  while (!open.empty()) {
+    const NodeKey key = open.top().key;
+    const NodeId at = node_of_key(key);
+    open.pop();
+    Known::Node& node = known.of(at);
+    if (node.settled) continue;
+    node.settled = true;
+    ++settled;
+    if (at == goal) {
+      for (NodeId id = goal; id != start; id = node_of_key(known.of(id).from)) way.push_back(id);
+      way.push_back(start);
+      std::reverse(way.begin(), way.end());
+      return RouteStatus::kFound;
+    }
+    if (settled >= rules.most_nodes || known.bytes() + open.size() * sizeof(Open) > rules.most_bytes)
+      return RouteStatus::kTooFar;
+    const double weight = node.weight;
+    graph.at(at.cell)->for_each_edge(at, rules.cost_weight, [&](NodeId to, const GraphNode& end, double edge) {
+      Known::Node& next = known.of(to);
+      if (next.settled || !(weight + edge < next.weight)) return;
+      next.weight = weight + edge;
+      next.from = key;
+      open.push({next.weight + distance_m(centroid_of(to, end, lattice), aim), node_key(to)});
+    });
+  }
+  return RouteStatus::kBlocked;
+}
+
+// Leaves places out where the straight line past them weighs no more than the way over them.
+std::vector<Place> straightened(GraphReader& graph, const std::vector<Place>& places, double cost_weight) {
+  std::vector<double> weight = {0};  // from the first place
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    weight.push_back(weight.back() + straight_line(graph, places[i - 1], places[i], cost_weight)->weight);
+  }
+  const auto can_skip = [&](std::size_t from, std::size_t to) {
+    constexpr double kDust = 1e-9;  // of sums in another order
+    if (to == from + 1) return true;
+    const auto line = straight_line(graph, places[from], places[to], cost_weight);
+    return line && line->joined && line->weight <= (weight[to] - weight[from]) * (1 + kDust);
+  };
+  std::vector<Place> kept = {places.front()};
+  for (std::size_t at = 0; at + 1 < places.size();) {
+    // Twice as far as long as it works, then halves: a line that is refused seldom has a longer one that is not.
+    std::size_t good = at + 1, stride = 1, bad = places.size();
+    while (good < places.size() - 1) {
+      const std::size_t next = std::min(good + stride, places.size() - 1);
+      if (!can_skip(at, next)) {
+        bad = next;
+        break;
+      }
+      good = next;
+      stride *= 2;
+    }
+    while (good + 1 < bad) {
+      const std::size_t middle = good + (bad - good) / 2;
+      (can_skip(at, middle) ? good : bad) = middle;
+    }
+    kept.push_back(places[good]);
+    at = good;
+  }
+  return kept;
+}
+
+double height_m(GraphReader& graph, Place place) {
+  const Lattice& lattice = graph.layout().lattice;
+  const NodeId id = lattice.node_at(millimetres(place.x_m), millimetres(place.y_m));
+  const GraphNode& node = *graph.find(id);
+  const double x_mm = place.x_m * 1000 - static_cast<double>(lattice.centre_x_mm(id.cell));
+  const double y_mm = place.y_m * 1000 - static_cast<double>(lattice.centre_y_mm(id.cell));
+  return (node.centre_mm + (node.rise_x_mm * x_mm + node.rise_y_mm * y_mm) / lattice.resolution_mm()) / 1000;
+}
 
 }  // namespace
 
@@ -256,8 +203,39 @@ const char* route_status_name(RouteStatus status) {
   return "blocked";
 }
 
-Route find_route(const TraversalGraph& graph, Place start, Place goal, const RouteRules& rules) {
-  return Search(graph, rules).between(start, goal);
+Route find_route(const TraversalGraph& map, Place from, Place to, const RouteRules& rules) {
+  GraphReader graph(map);
+  Route answer;
+  const auto start = snap(graph, from, rules.snap_m), goal = snap(graph, to, rules.snap_m);
+  if (!start || !goal) {
+    answer.status = start ? RouteStatus::kNoGoal : RouteStatus::kNoStart;
+    return answer;
+  }
+  std::vector<NodeId> way;
+  answer.status = search(graph, start->id, goal->id, rules, way, answer.settled);
+  if (answer.status != RouteStatus::kFound) return answer;
+
+  std::vector<Place> places = {start->place};
+  const auto add = [&](Place p) {
+    if (!(p == places.back())) places.push_back(p);
+  };
+  if (way.size() > 1)
+    for (const NodeId id : way) add(place_of(centroid_of(id, *graph.find(id), map.layout().lattice)));
+  add(goal->place);
+  if (rules.shape == RouteRules::Shape::kStraightened) places = straightened(graph, places, rules.cost_weight);
+
+  double steepest = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    answer.points.push_back({places[i], height_m(graph, places[i])});
+    if (i == 0) continue;
+    const auto line =
+        straight_line(graph, places[i - 1], places[i], rules.cost_weight);  // an edge, or looked at before
+    answer.length_m += line->length_m;
+    answer.weight += line->weight;
+    steepest = std::max(steepest, line->steepest);
+  }
+  answer.steepest_deg = std::atan(steepest) * (180 / 3.14159265358979323846);
+  return answer;
 }
 
 }  // namespace btms

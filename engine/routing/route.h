@@ -1,22 +1,35 @@
-// The cheapest way from one place to another over the traversal graph: A*, across tiles.
+// The cheapest way from one place of a map to another over its traversability graph: A* across tiles.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
+#include "engine/query/place.h"
 #include "engine/routing/graph.h"
 
 namespace btms {
 
 struct RouteRules {
-  // An edge weighs its length over the surface times 1 + this times the mean cost of its nodes.
+  // A metre over a node of cost c weighs 1 + cost_weight c: at the vehicle's limit (c = 1) as much as so many more on
+  // level, even ground. 0: the shortest way; never negative.
   double cost_weight = 4;
-  double snap_m = 6;                    // from a place to the nearest node of the graph
-  std::size_t most_nodes = 20'000'000;  // settled
-  std::size_t most_tiles = 1024;        // held at once, 0.6 MB each at 128 cells
+  double snap_m = 6;                                // how far the nearest node may be from either end
+  std::size_t most_nodes = 4'000'000;               // one search may settle
+  std::size_t most_bytes = std::size_t{256} << 20;  // it may remember
+  enum class Shape : std::uint8_t {
+    kStraightened,  // bends that cost nothing to leave out are left out
+    kNodes,         // over every centroid on the way
+  } shape = Shape::kStraightened;
 };
 
-enum class RouteStatus { kFound, kNoStart, kNoGoal, kBlocked, kTooFar };
+enum class RouteStatus : std::uint8_t {
+  kFound,
+  kNoStart,  // no node near `from`, or it is no place
+  kNoGoal,   // nor near `to`
+  kBlocked,  // no way leads there
+  kTooFar,   // none was found within the limits
+};
 const char* route_status_name(RouteStatus status);  // "found", "no_start", "no_goal", "blocked", "too_far"
 
 struct RoutePoint {
@@ -24,17 +37,20 @@ struct RoutePoint {
   double z_m = 0;
 };
 
+// Metres. Everything but status and settled is empty unless a route was found.
 struct Route {
   RouteStatus status = RouteStatus::kBlocked;
-  std::vector<RoutePoint> points;  // from start to goal: centroids, where it helps joined by straight lines
+  std::vector<RoutePoint> points;  // begins and ends at `from` and `to`, to the millimetre, where nodes lie there; else
+                                   // at the nearest centroids
   double length_m = 0;             // over the surface
-  double weight = 0;               // length weighed by cost
-  double steepest_deg = 0;         // between points
-  std::size_t settled = 0;         // nodes
+  double weight = 0;               // the same, every metre weighed by the cost of its node
+  double steepest_deg = 0;         // along the way, up or down
+  std::size_t settled = 0;         // nodes settled
 };
 
-// Thread-safe. The same for any tiling of the map. Start and goal are snapped to nodes; kNoStart and kNoGoal say that
-// none is near, for places that are no numbers, too. Throws what loading tiles throws.
-Route find_route(const TraversalGraph& graph, Place start, Place goal, const RouteRules& rules = {});
+// The answer depends on the map alone, not on its tiles: of equally good nodes the one with the smaller key goes first.
+// The way lies on nodes of the graph all along, whatever its shape. Thread-safe. Throws Error(kVerification) when a
+// tile on the way is damaged; everything else is a status.
+Route find_route(const TraversalGraph& graph, Place from, Place to, const RouteRules& rules = {});
 
 }  // namespace btms

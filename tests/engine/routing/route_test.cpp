@@ -1,154 +1,205 @@
-// The traversal graph, and ways over it.
+// Routes over the graph.
 #include "engine/routing/route.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
-#include <set>
 
-#include "engine/model/memory_map.h"
-#include "tests/support/cloud.h"
+#include "tests/engine/routing/drawn_map.h"
 
 namespace btms {
 namespace {
 
-// Rolling ground of 64 x 64 squares of 1 m with a wall across the middle that has a gap, cut into any tiles.
-TraversalGraph walled(std::int32_t tile_cells, bool gap = true) {
-  const MapLayout layout{Lattice(1000), {tile_cells, {}}};
-  auto map = std::make_shared<MemoryMap>(layout);
-  const auto height_mm = [](double x, double y) {
-    return static_cast<std::int32_t>(600 * std::sin(x / 9) * std::cos(y / 7));
-  };
-  layout.grid.for_each_tile({0, 0, 64, 64}, [&](TileId id) {
-    TerrainTile tile(1000, layout.grid.box_of(id).intersect({0, 0, 64, 64}));
-    for (std::int32_t row = tile.box.row0; row <= tile.box.row1; ++row)
-      for (std::int32_t col = tile.box.col0; col <= tile.box.col1; ++col) {
-        tile.corner_mm[tile.corner_index({col, row})] = height_mm(col, row);
-        if (!tile.box.contains({col, row})) continue;
-        tile.centre_mm[tile.cell_index({col, row})] = height_mm(col + 0.5, row + 0.5);
-        for (std::uint8_t t = 0; t < kTriangles; ++t) {
-          NodeSurface& node = tile.nodes[tile.node_index({{col, row}, t})];
-          node.state = NodeState::kObserved;
-          const bool wall = (row == 31 || row == 32) && !(gap && col >= 50 && col < 53);
-          node.cost = wall ? kNotTraversable : static_cast<std::uint8_t>((col * 7 + row * 13 + t * 5) % 40);
-        }
-      }
-    map->put(id, std::move(tile));
-  });
-  Parameters parameters;
-  parameters.normal_similarity = 0.3;
-  parameters.plane_distance = 0.3;
-  return TraversalGraph(Terrain(map), parameters);
-}
+using test::drawn;
+using test::graph_of;
 
-std::map<NodeKey, std::uint16_t> edges_of(const TraversalGraph& graph) {
-  std::map<NodeKey, std::uint16_t> all;
-  for (const TileId id : graph.terrain().tiles().tiles()) {
-    const auto tile = graph.tile(id);
-    for (std::int32_t row = tile->box.row0; row < tile->box.row1; ++row)
-      for (std::int32_t col = tile->box.col0; col < tile->box.col1; ++col)
-        for (std::uint8_t t = 0; t < kTriangles; ++t) {
-          const NodeId n{{col, row}, t};
-          all[node_key(n)] = tile->edges[tile->index(n)];
-        }
-  }
-  return all;
-}
+const std::vector<std::string> kWall = {
+    "............",  //
+    "............",  //
+    ".....#......",  //
+    ".....#......",  //
+    ".....#......",  //
+    ".....#......",
+};
 
-TEST(TraversalGraph, IsTheSameForAnyTiling) {
-  const auto whole = edges_of(walled(64));
-  ASSERT_EQ(whole.size(), 64u * 64 * 4);
-  for (const std::int32_t cells : {16, 7, 33}) EXPECT_EQ(edges_of(walled(cells)), whole) << cells;
-}
-
-TEST(TraversalGraph, EveryEdgeLeadsBack) {
-  const auto edges = edges_of(walled(16));
-  std::size_t count = 0;
-  for (const auto& [key, mask] : edges)
-    for (std::uint8_t k = 0; k < kNeighbours; ++k) {
-      if (!(mask >> k & 1)) continue;
-      ++count;
-      const NodeId from = node_of_key(key), to = neighbour(from, k);
-      const std::uint8_t back = kBackwards[from.triangle][k];
-      ASSERT_EQ(neighbour(to, back), from);
-      ASSERT_TRUE(edges.at(node_key(to)) >> back & 1);
+bool on_nodes(const TraversalGraph& graph, const Route& route) {
+  const Lattice lattice = graph.layout().lattice;
+  for (std::size_t i = 1; i < route.points.size(); ++i)
+    for (double share = 0; share <= 1; share += 1.0 / 256) {
+      const Place a = route.points[i - 1].place, b = route.points[i].place;
+      const auto mm = [&](double p, double q) {
+        return static_cast<std::int64_t>(std::floor(1000 * (p + share * (q - p)) + 0.5));
+      };
+      const NodeId id = lattice.node_at(mm(a.x_m, b.x_m), mm(a.y_m, b.y_m));
+      const auto tile = graph.tile(graph.layout().grid.tile_of(id.cell));
+      if (!tile || !tile->find(id)) return false;
     }
-  EXPECT_GT(count, 100000u);
+  return true;
 }
 
-TEST(Route, GoesThroughTheGapTheSameWayForAnyTiling) {
-  const Route whole = find_route(walled(64), {5, 5}, {8, 60});
-  ASSERT_EQ(whole.status, RouteStatus::kFound);
-  EXPECT_GT(whole.length_m, 2 * 42);  // over to the gap and back
-  bool through = false;
-  for (std::size_t i = 1; i < whole.points.size(); ++i) {
-    const Place a = whole.points[i - 1].place, b = whole.points[i].place;
-    if ((a.y_m < 32) != (b.y_m < 32)) through = std::min(a.x_m, b.x_m) > 49 && std::max(a.x_m, b.x_m) < 54;
-  }
-  EXPECT_TRUE(through);
-  for (const std::int32_t cells : {16, 7}) {
-    const Route other = find_route(walled(cells), {5, 5}, {8, 60});
-    ASSERT_EQ(other.points.size(), whole.points.size());
-    for (std::size_t i = 0; i < whole.points.size(); ++i) {
-      EXPECT_EQ(other.points[i].place, whole.points[i].place);
-      EXPECT_EQ(other.points[i].z_m, whole.points[i].z_m);
-    }
-    EXPECT_EQ(other.weight, whole.weight);
-    EXPECT_EQ(other.settled, whole.settled);
+TEST(Route, IsStraightOnLevelGround) {
+  const auto graph = graph_of(drawn({"........", "........", "........"}), 3);
+  const Route route = find_route(graph, {0.5, 1.25}, {15.5, 5});
+  ASSERT_EQ(route.status, RouteStatus::kFound);
+  ASSERT_EQ(route.points.size(), 2u);
+  EXPECT_EQ(route.points[0].place, (Place{0.5, 1.25}));
+  EXPECT_EQ(route.points[1].place, (Place{15.5, 5}));
+  EXPECT_NEAR(route.length_m, std::hypot(15, 3.75), 1e-9);
+  EXPECT_NEAR(route.weight, route.length_m, 1e-9);
+  EXPECT_EQ(route.steepest_deg, 0);
+}
+
+TEST(Route, GoesRoundAWall) {
+  const auto graph = graph_of(drawn(kWall), 4);
+  for (const auto shape : {RouteRules::Shape::kStraightened, RouteRules::Shape::kNodes}) {
+    RouteRules rules;
+    rules.shape = shape;
+    const Route route = find_route(graph, {3, 1}, {21, 1}, rules);
+    ASSERT_EQ(route.status, RouteStatus::kFound);
+    EXPECT_GT(route.length_m, 2 * std::hypot(7, 7)) << "over the wall's end at 10,8 and 12,8";
+    EXPECT_LT(route.length_m, shape == RouteRules::Shape::kStraightened ? 24.5 : 26.5);
+    EXPECT_TRUE(on_nodes(graph, route));
+    EXPECT_EQ(shape == RouteRules::Shape::kNodes, route.points.size() > 10);
   }
 }
 
-// Dijkstra by the book, over sets.
+TEST(Route, GoesRoundWhatCostsMore) {
+  const auto graph = graph_of(drawn({".......", ".......", "..999..", "..999..", "..999.."}), 4);
+  const Route round = find_route(graph, {1, 3}, {13, 3});
+  ASSERT_EQ(round.status, RouteStatus::kFound);
+  EXPECT_GT(round.length_m, 12.5);
+  EXPECT_LT(round.weight, 12 + 6 * 3);
+}
+
+// Dijkstra without a heuristic, on one tile.
 TEST(Route, IsTheCheapest) {
-  const TraversalGraph graph = walled(16);
-  const RouteRules rules;
-  const auto edges = edges_of(graph);
-  const auto spot = [&](NodeId n) {
-    const auto tile = graph.tile(graph.terrain().layout().grid.tile_of(n.cell));
-    const double x = n.cell.col + 0.5 + static_cast<double>(centroid_x3(n.triangle, 1000)) / 3000;
-    const double y = n.cell.row + 0.5 + static_cast<double>(centroid_y3(n.triangle, 1000)) / 3000;
-    return std::array<double, 4>{x, y, tile->z_mm[tile->index(n)] / 1000.0, tile->cost[tile->index(n)] / 254.0};
-  };
-  const NodeId start{{5, 5}, kEast}, goal{{8, 60}, kEast};
-  std::map<NodeKey, double> best{{node_key(start), 0}};
-  std::set<std::pair<double, NodeKey>> waiting{{0, node_key(start)}};
-  while (!waiting.empty()) {
-    const auto [weight, key] = *waiting.begin();
-    waiting.erase(waiting.begin());
-    const NodeId from = node_of_key(key);
-    const auto a = spot(from);
-    for (std::uint8_t k = 0; k < kNeighbours; ++k) {
-      if (!(edges.at(key) >> k & 1)) continue;
-      const NodeId to = neighbour(from, k);
-      const auto b = spot(to);
-      const double more =
-          std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) * (1 + rules.cost_weight * (a[3] + b[3]) / 2);
-      const auto known = best.find(node_key(to));
-      if (known != best.end() && known->second <= weight + more) continue;
-      if (known != best.end()) waiting.erase({known->second, node_key(to)});
-      best[node_key(to)] = weight + more;
-      waiting.insert({weight + more, node_key(to)});
+  const auto graph = graph_of(test::rolling(), 128);
+  const auto cheapest = [&](NodeId from, NodeId to) {
+    std::map<NodeKey, double> best;
+    std::multimap<double, NodeKey> open{{0, node_key(from)}};
+    while (!open.empty()) {
+      const auto [weight, key] = *open.begin();
+      open.erase(open.begin());
+      if (!best.emplace(key, weight).second) continue;
+      const NodeId at = node_of_key(key);
+      const double so_far = weight;
+      graph.tile(graph.layout().grid.tile_of(at.cell))
+          ->for_each_edge(at, RouteRules().cost_weight, [&](NodeId end, const GraphNode&, double w) {
+            if (!best.contains(node_key(end))) open.emplace(so_far + w, node_key(end));
+          });
     }
+    return best.contains(node_key(to)) ? best[node_key(to)] : -1;
+  };
+  RouteRules rules;
+  rules.shape = RouteRules::Shape::kNodes;
+  const Place ends[][2] = {{{-60, -50}, {70, 60}}, {{-3, 40}, {5, -44}}, {{60, -30}, {-50, 10}}};
+  for (const auto& [from, to] : ends) {
+    const Route route = find_route(graph, from, to, rules);
+    ASSERT_EQ(route.status, RouteStatus::kFound);
+    // The edges of the way, read back from its centroids.
+    const Lattice lattice = graph.layout().lattice;
+    std::vector<NodeId> way;
+    for (const RoutePoint& p : route.points) {
+      const NodeId id = lattice.node_at(std::llround(p.place.x_m * 1000), std::llround(p.place.y_m * 1000));
+      if (way.empty() || way.back() != id) way.push_back(id);
+    }
+    double weight = 0;
+    for (std::size_t i = 1; i < way.size(); ++i) {
+      double edge = -1;
+      graph.tile(graph.layout().grid.tile_of(way[i - 1].cell))
+          ->for_each_edge(way[i - 1], RouteRules().cost_weight, [&](NodeId end, const GraphNode&, double w) {
+            if (end == way[i]) edge = w;
+          });
+      ASSERT_GT(edge, 0);
+      weight += edge;
+    }
+    EXPECT_NEAR(weight, cheapest(way.front(), way.back()), 1e-9);
+    EXPECT_GT(way.size(), 40u);
+    const Route straight = find_route(graph, from, to);
+    EXPECT_LE(straight.weight, route.weight * (1 + 1e-9));
+    EXPECT_LT(straight.points.size(), route.points.size());
+    EXPECT_TRUE(on_nodes(graph, straight));
   }
-  const Route route = find_route(graph, {5.9, 5.5}, {8.9, 60.5}, rules);
-  EXPECT_NEAR(route.weight, best.at(node_key(goal)), 1e-6);
 }
 
-TEST(Route, SaysWhyThereIsNone) {
-  const TraversalGraph graph = walled(16, false);
-  EXPECT_EQ(find_route(graph, {5, 5}, {8, 60}).status, RouteStatus::kBlocked);
-  EXPECT_EQ(find_route(graph, {-500, 5}, {8, 60}).status, RouteStatus::kNoStart);
-  EXPECT_EQ(find_route(graph, {NAN, 5}, {8, 60}).status, RouteStatus::kNoStart);
-  EXPECT_EQ(find_route(graph, {5, 5}, {INFINITY, 60}).status, RouteStatus::kNoGoal);
-  EXPECT_EQ(find_route(graph, {5, 5}, {20.4, 31.1}).status, RouteStatus::kFound) << "snapped to the foot of the wall";
+TEST(Route, DoesNotDependOnTheTiles) {
+  for (const auto& [from, to] : {std::pair<Place, Place>{{-60, -50}, {70, 60}}, {{-3, 40}, {5, -44}}}) {
+    const Route whole = find_route(graph_of(test::rolling(), 128), from, to);
+    ASSERT_EQ(whole.status, RouteStatus::kFound);
+    for (const std::int32_t edge : {1, 5, 16}) {
+      // The least budget too: every tile is worked out many times.
+      const Route tiled = find_route(graph_of(test::rolling(), edge, edge == 16 ? 1 : 1 << 20), from, to);
+      ASSERT_EQ(tiled.points.size(), whole.points.size());
+      for (std::size_t i = 0; i < whole.points.size(); ++i) {
+        EXPECT_EQ(tiled.points[i].place, whole.points[i].place);
+        EXPECT_EQ(tiled.points[i].z_m, whole.points[i].z_m);
+      }
+      EXPECT_EQ(tiled.length_m, whole.length_m);
+      EXPECT_EQ(tiled.weight, whole.weight);
+      EXPECT_EQ(tiled.settled, whole.settled);
+    }
+  }
+}
+
+TEST(Route, HeightsAreThoseOfTheSurface) {
+  const auto map = test::rolling().cut(16);
+  const Terrain terrain(map);
+  const Route route = find_route(TraversalGraph(terrain, preset("city")), {-60, -50}, {70, 60});
+  ASSERT_EQ(route.status, RouteStatus::kFound);
+  for (const RoutePoint& p : route.points) EXPECT_NEAR(p.z_m, terrain.height(p.place).z_m, 0.001);
+  EXPECT_GT(route.steepest_deg, 1);
+}
+
+TEST(Route, BlockedByAWallAndByItsCorners) {
+  EXPECT_EQ(find_route(graph_of(drawn({"..#..", "..#..", "..#.."}), 2), {1, 1}, {9, 1}).status, RouteStatus::kBlocked);
+  EXPECT_EQ(find_route(graph_of(drawn({".#", "#."}), 2), {3, 1}, {1, 3}).status, RouteStatus::kBlocked)
+      << "between two corners that touch";
+  test::MapMaker cliff = drawn({"......", "......"});
+  cliff.height_mm = [](HalfCell h) { return h.x <= 6 ? 0 : 3000; };
+  EXPECT_EQ(find_route(graph_of(cliff, 2), {1, 1}, {11, 1}).status, RouteStatus::kBlocked) << "not locally convex";
+}
+
+TEST(Route, SnapsToTheNearestNode) {
+  const auto graph = graph_of(drawn({".....", ".....", "##...", "##..."}), 2);
+  const Route route = find_route(graph, {1, 1}, {9, 1});
+  ASSERT_EQ(route.status, RouteStatus::kFound);
+  EXPECT_NEAR(route.points.front().place.x_m, 4 + 1.0 / 3, 1e-9) << "of two as near, that of the smaller key";
+  EXPECT_NEAR(route.points.front().place.y_m, 1, 1e-9);
+  RouteRules rules;
+  rules.snap_m = 3;
+  EXPECT_EQ(find_route(graph, {1, 1}, {9, 1}, rules).status, RouteStatus::kNoStart);
+  EXPECT_EQ(find_route(graph, {9, 1}, {1, 1}, rules).status, RouteStatus::kNoGoal);
+}
+
+TEST(Route, IsTotal) {
+  const auto graph = graph_of(drawn(kWall), 4);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  for (const double odd : {kNan, kInf, -kInf, 1e300, 5000.0, -5000.0}) {
+    EXPECT_EQ(find_route(graph, {odd, 1}, {3, 1}).status, RouteStatus::kNoStart);
+    EXPECT_EQ(find_route(graph, {3, 1}, {3, odd}).status, RouteStatus::kNoGoal);
+    RouteRules rules;
+    rules.snap_m = odd;
+    EXPECT_EQ(find_route(graph, {3, 1}, {4, 1}, rules).status, RouteStatus::kFound);
+  }
+  const Route still = find_route(graph, {3, 1}, {3, 1});
+  EXPECT_EQ(still.status, RouteStatus::kFound);
+  EXPECT_EQ(still.length_m, 0);
+  EXPECT_EQ(still.points.size(), 1u);
+}
+
+TEST(Route, StopsAtItsLimits) {
+  const auto graph = graph_of(drawn(kWall), 4);
   RouteRules few;
-  few.most_nodes = 100;
-  EXPECT_EQ(find_route(graph, {5, 5}, {60, 20}, few).status, RouteStatus::kTooFar);
-  const Route nowhere = find_route(graph, {5.9, 5.5}, {5.9, 5.5});
-  EXPECT_EQ(nowhere.status, RouteStatus::kFound);
-  EXPECT_EQ(nowhere.points.size(), 1u);
-  EXPECT_EQ(nowhere.length_m, 0);
+  few.most_nodes = 20;
+  const Route route = find_route(graph, {3, 1}, {21, 1}, few);
+  EXPECT_EQ(route.status, RouteStatus::kTooFar);
+  EXPECT_EQ(route.settled, 20u);
+  EXPECT_TRUE(route.points.empty());
+  RouteRules small;
+  small.most_bytes = 1000;
+  EXPECT_EQ(find_route(graph, {3, 1}, {21, 1}, small).status, RouteStatus::kTooFar);
 }
 
 }  // namespace
