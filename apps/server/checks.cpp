@@ -1,10 +1,11 @@
-// Profiles along lines, and whether a vehicle may be somewhere.
+// Profiles along lines, whether a vehicle may be somewhere, and the way it takes.
 #include <cmath>
 
 #include "apps/server/handlers.h"
 #include "engine/query/footprint.h"
 #include "engine/query/nearest.h"
 #include "engine/query/profile.h"
+#include "engine/routing/route.h"
 
 namespace btms {
 namespace {
@@ -132,6 +133,34 @@ Response post_check(const Call& call) {
                         {"traversability", all.traversability},
                         {"first_bad", first_bad(all)},
                         {"bad_polygons", std::move(bad)}});
+}
+
+Response post_route(const Call& call) {
+  const Json json = json_body(call);
+  const auto end = [&](const char* name) {
+    const auto it = json.find(name);
+    if (it == json.end()) throw Problem("bad_body", "expected [x, y]", name);
+    return place_member(*it, name);
+  };
+  const Place from = end("from"), to = end("to");
+  RouteRules rules;
+  rules.cost_weight = member_number(json, "cost_weight", rules.cost_weight);
+  if (!(rules.cost_weight >= 0 && rules.cost_weight <= 1e6))
+    throw Problem("bad_body", "expected 0 to 1e6", "cost_weight");
+  rules.snap_m = member_number(json, "snap_m", rules.snap_m);
+  if (!(rules.snap_m >= 0)) throw Problem("bad_body", "expected 0 or more", "snap_m");
+  rules.most_nodes = call.limits().route_nodes;
+  const Route route = find_route(call.revision->graph, from, to, rules);
+  Json points = Json::array();
+  for (const RoutePoint& p : route.points)
+    points.push_back({rounded(p.place.x_m, 1e-3), rounded(p.place.y_m, 1e-3), rounded(p.z_m, 1e-3)});
+  return json_response({{"revision", call.revision->number()},
+                        {"status", route_status_name(route.status)},
+                        {"points", std::move(points)},
+                        {"length_m", rounded(route.length_m, 1e-3)},
+                        {"weight", rounded(route.weight, 1e-3)},
+                        {"steepest_deg", rounded(route.steepest_deg, 1e-2)},
+                        {"settled", route.settled}});
 }
 
 }  // namespace btms

@@ -49,6 +49,7 @@ Response get_costmap_yaml(const Call& call);
 // checks.cpp
 Response post_profile(const Call& call);
 Response post_check(const Call& call);
+Response post_route(const Call& call);
 // event_answers.cpp
 Response get_events(const Call& call);
 // service_answers.cpp

@@ -13,6 +13,7 @@ struct ServerLimits {
   std::size_t points = 100'000;             // of a request
   std::size_t ids = 20'000;                 // of a diff
   std::size_t bundle = 256;                 // tiles
+  std::size_t route_nodes = 1'000'000;      // a search may settle
   std::size_t waiting = 256;                // requests for the workers
   std::chrono::milliseconds header{10'000}, body{30'000}, write{30'000}, idle{60'000}, handler{5'000},
       event_comment{15'000}, shutdown{5'000};

@@ -112,8 +112,10 @@ std::shared_ptr<const MapRevision> ServedMap::open() const {
   ServedTiles tiles(manifest);
   std::string facts = facts_of(id_, manifest, tiles);
   const std::shared_ptr<const MapReader> reader = MapReader::open(folder_, std::move(manifest));
-  return std::make_shared<const MapRevision>(
-      MapRevision{reader, Terrain(reader, {cache_bytes_}), std::move(tiles), std::move(facts)});
+  const Terrain terrain(reader, {cache_bytes_});
+  return std::shared_ptr<const MapRevision>(
+      new MapRevision{reader, terrain, TraversalGraph(terrain, reader->info().parameters, cache_bytes_ / 2),
+                      std::move(tiles), std::move(facts)});
 }
 
 std::string ServedMap::refresh() {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "apps/server/events.h"
-#include "engine/query/terrain.h"
+#include "engine/routing/graph.h"
 #include "io/store/map_store.h"
 #include "io/store/served_tiles.h"
 
@@ -18,6 +18,7 @@ namespace btms {
 struct MapRevision {
   std::shared_ptr<const MapReader> reader;
   Terrain terrain;
+  TraversalGraph graph;
   ServedTiles tiles;
   std::string facts;  // the answer to GET /v1/maps/{m}
 

@@ -10,7 +10,7 @@
 namespace btms {
 namespace {
 
-constexpr Route kRoutes[] = {
+constexpr Endpoint kEndpoints[] = {
     {"GET", "/healthz", "Whether the server is alive", get_health, nullptr},
     {"GET", "/readyz", "Whether every map is open", get_ready, nullptr},
     {"GET", "/metrics", "Counts, in Prometheus' text form", get_metrics, nullptr},
@@ -28,6 +28,7 @@ constexpr Route kRoutes[] = {
     {"GET", "/v1/maps/{m}/costmap.yaml", "The text beside it", get_costmap_yaml, nullptr},
     {"POST", "/v1/maps/{m}/profile", "Heights along a line", post_profile, nullptr},
     {"POST", "/v1/maps/{m}/check", "Whether a vehicle may be at places or along a path", post_check, nullptr},
+    {"POST", "/v1/maps/{m}/route", "The way a vehicle takes from one place to another", post_route, nullptr},
     {"GET", "/v1/maps/{m}/events", "What changes: server-sent events, or since=revision", get_events, nullptr},
     {"GET", "/{*}", "The viewer", get_file, nullptr},
 };
@@ -44,7 +45,7 @@ std::vector<std::string> split(const char* pattern) {
 }
 
 struct Matcher {
-  const Route* route;
+  const Endpoint* route;
   std::vector<std::string> segments;
 
   bool fits(const std::vector<std::string>& path, Call& call) const {
@@ -70,7 +71,7 @@ struct Matcher {
 const std::vector<Matcher>& matchers() {
   static const std::vector<Matcher> all = [] {
     std::vector<Matcher> out;
-    for (const Route& route : kRoutes) out.push_back({&route, split(route.pattern)});
+    for (const Endpoint& route : kEndpoints) out.push_back({&route, split(route.pattern)});
     return out;
   }();
   return all;
@@ -97,7 +98,7 @@ Response response_of(const Error& error) {
 
 }  // namespace
 
-std::span<const Route> routes() { return kRoutes; }
+std::span<const Endpoint> endpoints() { return kEndpoints; }
 
 const ServerLimits& Call::limits() const { return service.options().limits; }
 
@@ -126,7 +127,7 @@ std::optional<Response> Service::answer_at_once(const Request& request) const { 
 std::optional<Response> Service::dispatch(const Request& request, bool at_once) const {
   const auto began = std::chrono::steady_clock::now();
   Call call{request, *this, {}, {}, nullptr, nullptr};
-  const Route* route = nullptr;
+  const Endpoint* route = nullptr;
   std::optional<Response> response;
   try {
     const std::string method = request.method == "HEAD" ? "GET" : request.method;

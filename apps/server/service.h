@@ -38,7 +38,7 @@ struct Call {
   const ServerLimits& limits() const;
 };
 
-struct Route {
+struct Endpoint {
   const char* method;   // GET serves HEAD, too
   const char* pattern;  // segments; {m} is a map, {} anything, {*} the rest
   const char* summary;  // for openapi.json
@@ -75,6 +75,6 @@ class Service {
   mutable Metrics metrics_;
 };
 
-std::span<const Route> routes();
+std::span<const Endpoint> endpoints();
 
 }  // namespace btms

@@ -36,7 +36,7 @@ Response get_metrics(const Call& call) {
 
 Response get_openapi(const Call&) {
   Json paths = Json::object();
-  for (const Route& route : routes()) {
+  for (const Endpoint& route : endpoints()) {
     std::string path = route.pattern;
     if (path == "/{*}") continue;
     Json parameters = Json::array();

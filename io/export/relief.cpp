@@ -22,23 +22,31 @@ struct Survey {
   std::int64_t nodes = 0;
 };
 
-Survey survey(const TileSource& map) {
+// fn(tile) of all that has squares in the box.
+template <class Fn>
+void for_each_tile(const TileSource& map, const CellBox& box, const Fn& fn) {
+  const TileGrid& grid = map.layout().grid;
+  for (const TileId id : map.tiles())
+    if (!grid.box_of(id).intersect(box).empty())
+      if (const auto tile = map.load(id)) fn(*tile);
+}
+
+Survey survey(const TileSource& map, const CellBox& box) {
   Survey s;
-  for (const TileId id : map.tiles()) {
-    const auto tile = map.load(id);
-    if (!tile) continue;
-    const auto cols = static_cast<std::size_t>(tile->box.cols());
-    for (std::size_t i = 0; i < tile->nodes.size(); ++i) {
-      if (tile->nodes[i].state == NodeState::kUnknown) continue;
+  for_each_tile(map, box, [&](const TerrainTile& tile) {
+    const auto cols = static_cast<std::size_t>(tile.box.cols());
+    for (std::size_t i = 0; i < tile.nodes.size(); ++i) {
+      if (tile.nodes[i].state == NodeState::kUnknown) continue;
       const std::size_t cell = i / kTriangles;
-      const std::int32_t col = tile->box.col0 + static_cast<std::int32_t>(cell % cols);
-      const std::int32_t row = tile->box.row0 + static_cast<std::int32_t>(cell / cols);
+      const std::int32_t col = tile.box.col0 + static_cast<std::int32_t>(cell % cols);
+      const std::int32_t row = tile.box.row0 + static_cast<std::int32_t>(cell / cols);
+      if (!box.contains({col, row})) continue;
       s.box = s.box.hull({col, row, col + 1, row + 1});
-      const Gradient g = node_gradient(*tile, i / kTriangles, static_cast<std::uint8_t>(i % kTriangles));
+      const Gradient g = node_gradient(tile, i / kTriangles, static_cast<std::uint8_t>(i % kTriangles));
       s.gradient_sum += std::sqrt(g.east * g.east + g.north * g.north);
       ++s.nodes;
     }
-  }
+  });
   return s;
 }
 
@@ -74,12 +82,12 @@ class Canvas {
         height_(zoom.pixels(box.rows())),
         sums_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
 
-  // Precondition: every square of the tile with a surface lies in the canvas' box.
   void draw(const TerrainTile& tile, const PictureLayer& layer, double relief) {
     // Samples across a square, so that each of its triangles is met, also in squares smaller than a pixel.
     const int across = std::max(2 * zoom_.enlarged, zoom_.reduced < 8 ? 4 : 2);
-    for (std::int32_t row = tile.box.row0; row < tile.box.row1; ++row)
-      for (std::int32_t col = tile.box.col0; col < tile.box.col1; ++col) {
+    const CellBox part = tile.box.intersect(box_);
+    for (std::int32_t row = part.row0; row < part.row1; ++row)
+      for (std::int32_t col = part.col0; col < part.col1; ++col) {
         const std::size_t cell = tile.cell_index({col, row});
         std::array<Rgb, kTriangles> colour;
         bool empty = true;
@@ -161,9 +169,8 @@ void draw_legend(Picture& picture, const PictureLayer& layer, int scale, double 
 
 }  // namespace
 
-void write_relief(const TileSource& map, const std::filesystem::path& png, std::uint32_t max_pixels,
-                  const PictureLayer& layer) {
-  const Survey s = survey(map);
+Relief draw_relief(const TileSource& map, const CellBox& box, std::uint32_t max_pixels, const PictureLayer& layer) {
+  const Survey s = survey(map, box);
   const double relief = relief_of(s);
   const int scale = max_pixels >= 1000 ? 2 : 1;
   const auto limit = static_cast<std::int64_t>(std::clamp<std::uint32_t>(max_pixels, 64, 20000));
@@ -172,14 +179,20 @@ void write_relief(const TileSource& map, const std::filesystem::path& png, std::
   const Zoom zoom = zoom_for(s.box, limit, limit - strip);
 
   Canvas canvas(s.box, zoom);
-  for (const TileId id : map.tiles())
-    if (const auto tile = map.load(id)) canvas.draw(*tile, layer, relief);
+  for_each_tile(map, s.box, [&](const TerrainTile& tile) { canvas.draw(tile, layer, relief); });
   const int width = std::max(zoom.pixels(s.box.cols()), with_legend ? legend_width(layer, scale) : 1);
   Picture picture(width, std::max(1, zoom.pixels(s.box.rows()) + strip), kPaper);
-  canvas.copy_to(picture, (width - zoom.pixels(s.box.cols())) / 2);
-  if (with_legend)
-    draw_legend(picture, layer, scale, map.layout().lattice.resolution_m() * zoom.reduced / zoom.enlarged, relief);
-  picture.write_png(png);
+  const int left = (width - zoom.pixels(s.box.cols())) / 2;
+  canvas.copy_to(picture, left);
+  const double r_m = map.layout().lattice.resolution_m(), pixel_m = r_m * zoom.reduced / zoom.enlarged;
+  if (with_legend) draw_legend(picture, layer, scale, pixel_m, relief);
+  return {std::move(picture), pixel_m, s.box.col0 * r_m - left * pixel_m, s.box.row1 * r_m, zoom.pixels(s.box.rows())};
+}
+
+void write_relief(const TileSource& map, const std::filesystem::path& png, std::uint32_t max_pixels,
+                  const PictureLayer& layer) {
+  constexpr auto kEnd = static_cast<std::int32_t>(kCellBias);
+  draw_relief(map, {-kEnd, -kEnd, kEnd, kEnd}, max_pixels, layer).picture.write_png(png);
 }
 
 }  // namespace btms

@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "engine/query/shape.h"
 #include "engine/routing/graph.h"
+#include "tests/engine/query/plane_shapes.h"
 #include "tests/engine/routing/drawn_map.h"
 
 namespace btms {
@@ -62,11 +62,9 @@ TEST(TileGraph, EdgesAreWhatTheDefinitionSays) {
   const ConvexityRules rules(preset("city"));
   const auto is_node = [&](NodeId id) { return maker.box.contains(id.cell) && maker.cost(id) != kNotTraversable; };
   const auto corners = [](NodeId id) {  // in thirds of a metre: exact
-    TrianglePlaces places;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const HalfCell h = triangle_corners(id.triangle)[i];
-      places[i] = {3.0 * (2 * id.cell.col + h.x), 3.0 * (2 * id.cell.row + h.y)};
-    }
+    std::vector<PlaceMm> places;
+    for (const HalfCell h : triangle_corners(id.triangle))
+      places.push_back({3 * (2 * id.cell.col + h.x), 3 * (2 * id.cell.row + h.y)});
     return places;
   };
   const auto centroid = [&](NodeId id) {
@@ -90,7 +88,7 @@ TEST(TileGraph, EdgesAreWhatTheDefinitionSays) {
     return Eigen::Vector3d(n / std::sqrt(n.dot(n)));
   };
   const auto thirds = [](const Eigen::Vector3d& p_mm) {
-    return Place{std::round(p_mm.x() * 3 / 1000), std::round(p_mm.y() * 3 / 1000)};
+    return PlaceMm{std::llround(p_mm.x() * 3 / 1000), std::llround(p_mm.y() * 3 / 1000)};
   };
   std::size_t wanted = 0, not_convex = 0, squeezed = 0;
   for (std::int32_t row = -10; row < 10; ++row)
@@ -103,7 +101,7 @@ TEST(TileGraph, EdgesAreWhatTheDefinitionSays) {
           bool free = true;
           for (const NodeOffset& other : kNeighbourTable[t]) {
             const NodeId c{{col + other.col, row + other.row}, other.triangle};
-            if (!is_node(c) && touches(thirds(ca), thirds(cb), corners(c))) free = false;
+            if (!is_node(c) && test::polygons_meet(corners(c), {thirds(ca), thirds(cb)})) free = false;
           }
           const bool convex = locally_convex(normal(a), normal(b), Eigen::Vector3d(cb - ca), rules);
           ASSERT_EQ((edges.contains({node_key(a), node_key(b)})), free && convex)
