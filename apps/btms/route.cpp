@@ -2,6 +2,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <optional>
+
 #include "apps/btms/command.h"
 #include "apps/btms/coordinates.h"
 #include "apps/btms/number_range.h"
@@ -21,6 +23,7 @@ struct RouteCommand {
   CommonOptions common;
   std::string map, from, to, output, picture, layer = "cost";
   RouteRules rules;
+  std::optional<double> width_m;
   bool force = false, untrusted = false;
 };
 
@@ -96,7 +99,11 @@ int run_route(const RouteCommand& command) {
   }
   refuse_existing(outputs, command.force);
   const std::shared_ptr<const MapReader> map = open_map(command.map, command.untrusted);
-  const Route route = find_route(TraversalGraph(Terrain(map), map->info().parameters), from, to, command.rules);
+  const Parameters& parameters = map->info().parameters;
+  RouteRules rules = command.rules;
+  rules.width_m = command.width_m.value_or(parameters.vehicle_width_m);
+  rules.limits = limits_of(parameters);
+  const Route route = find_route(TraversalGraph(Terrain(map), parameters), from, to, rules);
   const bool found = route.status == RouteStatus::kFound;
   if (found && !command.output.empty()) write_file(command.output, geojson(route, map->info()));
   if (!command.picture.empty()) draw(command, *map, route, from, to);
@@ -118,8 +125,10 @@ constexpr const char* kFooter =
     "\n"
     "The way leads over triangles that the vehicle of the map's parameters can cross (`btms info` lists them), from "
     "one\n"
-    "to the next where the surface is locally convex; what crossing costs, 0 to 1, makes a metre longer. Coordinates\n"
-    "are metres of the map frame. Exit status 1 when there is no way; --json then says why: no_start, no_goal, "
+    "to the next where the surface is locally convex; what crossing costs, 0 to 1, makes a metre longer. A disc as "
+    "wide\n"
+    "as the vehicle can go along all of it. Coordinates are metres of the map frame. Exit status 1 when there is no "
+    "way; --json then says why: no_start, no_goal, "
     "blocked\n"
     "or too_far.";
 
@@ -145,6 +154,11 @@ Command add_route(CLI::App& btms) {
       ->check(number_range(0, 1e6))
       ->capture_default_str()
       ->type_name("N");
+  app->add_option(
+         "--vehicle-width-m", command->width_m,
+         "What is left free along the way, where it is not the width in the map's parameters; 0: the line alone")
+      ->check(number_range(0, 1000))
+      ->type_name("M");
   app->add_option("--snap", command->rules.snap_m, "How far the nearest way may be from either place")
       ->check(number_range(0, 1e6))
       ->capture_default_str()

@@ -149,6 +149,10 @@ Response post_route(const Call& call) {
     throw Problem("bad_body", "expected 0 to 1e6", "cost_weight");
   rules.snap_m = member_number(json, "snap_m", rules.snap_m);
   if (!(rules.snap_m >= 0)) throw Problem("bad_body", "expected 0 or more", "snap_m");
+  const Parameters& parameters = call.revision->reader->info().parameters;
+  rules.width_m = member_number(json, "width_m", parameters.vehicle_width_m);
+  if (!(rules.width_m >= 0 && rules.width_m <= 1000)) throw Problem("bad_body", "expected 0 to 1000", "width_m");
+  rules.limits = limits_member(json, parameters);
   rules.most_nodes = call.limits().route_nodes;
   const Route route = find_route(call.revision->graph, from, to, rules);
   Json points = Json::array();

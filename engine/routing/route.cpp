@@ -6,9 +6,12 @@
 #include <memory>
 #include <optional>
 #include <queue>
+#include <tuple>
 #include <unordered_map>
 
+#include "engine/error.h"
 #include "engine/lattice/coordinates.h"
+#include "engine/query/footprint.h"
 #include "engine/routing/graph_reader.h"
 #include "engine/routing/straight_line.h"
 
@@ -23,7 +26,23 @@ Place rounded(Place p) {
   return {static_cast<double>(millimetres(p.x_m)) / 1000, static_cast<double>(millimetres(p.y_m)) / 1000};
 }
 
-Place place_of(const Centroid& c) { return {static_cast<double>(c.x3) / 3000, static_cast<double>(c.y3) / 3000}; }
+// The graph as the vehicle of the rules can use it.
+struct Ground {
+  const TraversalGraph& map;
+  const RouteRules& rules;
+  GraphReader graph{map};
+
+  const Lattice& lattice() const { return map.layout().lattice; }
+  // Whether the vehicle may go straight from one place to the other. Precondition: the line lies on nodes.
+  bool passable(Place from, Place to) const {
+    const Place line[] = {from, to};
+    return rules.width_m == 0 || check_path(map.terrain(), line, rules.width_m / 2, rules.limits).safe;
+  }
+  Place place_of(NodeId id) {
+    const Centroid c = centroid_of(id, *graph.find(id), lattice());
+    return {static_cast<double>(c.x3) / 3000, static_cast<double>(c.y3) / 3000};
+  }
+};
 
 // An end of the route: a node and a place on it.
 struct End {
@@ -32,25 +51,27 @@ struct End {
 };
 
 // The node below the place, else the nearest by its centroid, of equally near ones that of the smaller key.
-std::optional<End> snap(GraphReader& graph, Place place, double most_m) {
+std::optional<End> snap(Ground& ground, Place place) {
   if (!is_place(place)) return {};
-  const Lattice& lattice = graph.layout().lattice;
+  const Lattice& lattice = ground.lattice();
+  GraphReader& graph = ground.graph;
   const NodeId own = lattice.node_at(millimetres(place.x_m), millimetres(place.y_m));
-  if (graph.find(own)) return End{own, rounded(place)};
+  if (graph.find(own) && ground.passable(rounded(place), ground.place_of(own))) return End{own, rounded(place)};
 
   constexpr double kMostSquares = 1024;
   const double r_m = lattice.resolution_m();
+  const double most_m = ground.rules.snap_m;
   const double most = std::min(std::isfinite(most_m) ? std::max(most_m, 0.0) : 0.0, kMostSquares * r_m);
   std::optional<End> best;
   double best2 = most * most;
   const auto look = [&](Cell cell) {
     for (std::uint8_t t = 0; t < kTriangles; ++t) {
       const NodeId id{cell, t};
-      const GraphNode* node = graph.find(id);
-      if (!node) continue;
-      const Place at = place_of(centroid_of(id, *node, lattice));
+      if (!graph.find(id)) continue;
+      const Place at = ground.place_of(id);
       const double dx = at.x_m - place.x_m, dy = at.y_m - place.y_m, distance2 = dx * dx + dy * dy;
       if (distance2 > best2 || (best && distance2 == best2 && node_key(best->id) < node_key(id))) continue;
+      if (!ground.passable(at, at)) continue;
       best = {id, at};
       best2 = distance2;
     }
@@ -100,25 +121,43 @@ class Known {
 
 // The nodes from start to goal; empty unless the status is kFound. The heuristic is the straight line in space: every
 // edge weighs at least its length, so it never exceeds what is left, nor falls by more than the edge taken.
-RouteStatus search(GraphReader& graph, NodeId start, NodeId goal, const RouteRules& rules, std::vector<NodeId>& way,
-                   std::size_t& settled) {
+//
+// Whether the vehicle can follow an edge is looked at only when the best way to a node that is to be settled ends with
+// it: nearly all edges that matter are fine, and most don't matter.
+RouteStatus search(Ground& ground, NodeId start, NodeId goal, std::vector<NodeId>& way, std::size_t& settled) {
   struct Open {
     double bound;  // of the weight of a whole way over it
     NodeKey key;
     bool operator<(const Open& o) const { return bound != o.bound ? bound > o.bound : key > o.key; }
   };
-  const Lattice& lattice = graph.layout().lattice;
+  const RouteRules& rules = ground.rules;
+  GraphReader& graph = ground.graph;
+  const Lattice& lattice = ground.lattice();
   const Centroid aim = centroid_of(goal, *graph.find(goal), lattice);
   std::priority_queue<Open> open;
   Known known;
   known.of(start).weight = 0;
   open.push({distance_m(centroid_of(start, *graph.find(start), lattice), aim), node_key(start)});
   while (!open.empty()) {
-    const NodeKey key = open.top().key;
+    const auto [bound, key] = open.top();
     const NodeId at = node_of_key(key);
     open.pop();
     Known::Node& node = known.of(at);
-    if (node.settled) continue;
+    const double ahead = distance_m(centroid_of(at, *graph.find(at), lattice), aim);
+    if (node.settled || bound != node.weight + ahead) continue;  // another entry speaks for it
+    if (at != start && !ground.passable(ground.place_of(node_of_key(node.from)), ground.place_of(at))) {
+      // The best of the other ways known so far; of equally good ones that from the smaller key.
+      const std::pair refused{node.weight, node.from};
+      std::pair best{std::numeric_limits<double>::infinity(), NodeKey{0}};
+      graph.at(at.cell)->for_each_edge(at, rules.cost_weight, [&](NodeId from, const GraphNode&, double edge) {
+        const Known::Node& other = known.of(from);
+        const std::pair way_there{other.weight + edge, node_key(from)};
+        if (other.settled && way_there > refused) best = std::min(best, way_there);
+      });
+      std::tie(node.weight, node.from) = best;
+      if (!std::isinf(node.weight)) open.push({node.weight + ahead, key});
+      continue;
+    }
     node.settled = true;
     ++settled;
     if (at == goal) {
@@ -142,16 +181,21 @@ RouteStatus search(GraphReader& graph, NodeId start, NodeId goal, const RouteRul
 }
 
 // Leaves places out where the straight line past them weighs no more than the way over them.
-std::vector<Place> straightened(GraphReader& graph, const std::vector<Place>& places, double cost_weight) {
+std::vector<Place> straightened(Ground& ground, const std::vector<Place>& places) {
+  GraphReader& graph = ground.graph;
+  const double cost_weight = ground.rules.cost_weight;
   std::vector<double> weight = {0};  // from the first place
   for (std::size_t i = 1; i < places.size(); ++i) {
     weight.push_back(weight.back() + straight_line(graph, places[i - 1], places[i], cost_weight)->weight);
   }
   const auto can_skip = [&](std::size_t from, std::size_t to) {
-    constexpr double kDust = 1e-9;  // of sums in another order
+    constexpr double kDust = 1e-9;       // of sums in another order
+    constexpr double kLongest_r = 1000;  // also keeps checks within kMostCheckWork
     if (to == from + 1) return true;
-    const auto line = straight_line(graph, places[from], places[to], cost_weight);
-    return line && line->joined && line->weight <= (weight[to] - weight[from]) * (1 + kDust);
+    const Place a = places[from], b = places[to];
+    if (std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) > kLongest_r * ground.lattice().resolution_m()) return false;
+    const auto line = straight_line(graph, a, b, cost_weight);
+    return line && line->joined && line->weight <= (weight[to] - weight[from]) * (1 + kDust) && ground.passable(a, b);
   };
   std::vector<Place> kept = {places.front()};
   for (std::size_t at = 0; at + 1 < places.size();) {
@@ -204,15 +248,17 @@ const char* route_status_name(RouteStatus status) {
 }
 
 Route find_route(const TraversalGraph& map, Place from, Place to, const RouteRules& rules) {
-  GraphReader graph(map);
+  if (!(rules.width_m >= 0)) throw Error(ErrorCode::kUsage, "width_m: expected 0 or more");
+  Ground ground{map, rules};
+  GraphReader& graph = ground.graph;
   Route answer;
-  const auto start = snap(graph, from, rules.snap_m), goal = snap(graph, to, rules.snap_m);
+  const auto start = snap(ground, from), goal = snap(ground, to);
   if (!start || !goal) {
     answer.status = start ? RouteStatus::kNoGoal : RouteStatus::kNoStart;
     return answer;
   }
   std::vector<NodeId> way;
-  answer.status = search(graph, start->id, goal->id, rules, way, answer.settled);
+  answer.status = search(ground, start->id, goal->id, way, answer.settled);
   if (answer.status != RouteStatus::kFound) return answer;
 
   std::vector<Place> places = {start->place};
@@ -220,9 +266,9 @@ Route find_route(const TraversalGraph& map, Place from, Place to, const RouteRul
     if (!(p == places.back())) places.push_back(p);
   };
   if (way.size() > 1)
-    for (const NodeId id : way) add(place_of(centroid_of(id, *graph.find(id), map.layout().lattice)));
+    for (const NodeId id : way) add(ground.place_of(id));
   add(goal->place);
-  if (rules.shape == RouteRules::Shape::kStraightened) places = straightened(graph, places, rules.cost_weight);
+  if (rules.shape == RouteRules::Shape::kStraightened) places = straightened(ground, places);
 
   double steepest = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/query/hazard.h"
 #include "engine/query/place.h"
 #include "engine/routing/graph.h"
 
@@ -14,7 +15,11 @@ struct RouteRules {
   // A metre over a node of cost c weighs 1 + cost_weight c: at the vehicle's limit (c = 1) as much as so many more on
   // level, even ground. 0: the shortest way; never negative.
   double cost_weight = 4;
-  double snap_m = 6;                                // how far the nearest node may be from either end
+  double snap_m = 6;  // how far the nearest node may be from either end
+  // A disc of this diameter that goes along the way touches nothing that breaks a limit (footprint.h), whatever its
+  // shape. 0: the line itself stays on nodes, no more.
+  double width_m = 0;
+  VehicleLimits limits;
   std::size_t most_nodes = 4'000'000;               // one search may settle
   std::size_t most_bytes = std::size_t{256} << 20;  // it may remember
   enum class Shape : std::uint8_t {
@@ -40,8 +45,8 @@ struct RoutePoint {
 // Metres. Everything but status and settled is empty unless a route was found.
 struct Route {
   RouteStatus status = RouteStatus::kBlocked;
-  std::vector<RoutePoint> points;  // begins and ends at `from` and `to`, to the millimetre, where nodes lie there; else
-                                   // at the nearest centroids
+  std::vector<RoutePoint> points;  // begins and ends at `from` and `to`, to the millimetre, where nodes lie there and
+                                   // lead on; else at the nearest centroids
   double length_m = 0;             // over the surface
   double weight = 0;               // the same, every metre weighed by the cost of its node
   double steepest_deg = 0;         // along the way, up or down
@@ -50,7 +55,7 @@ struct Route {
 
 // The answer depends on the map alone, not on its tiles: of equally good nodes the one with the smaller key goes first.
 // The way lies on nodes of the graph all along, whatever its shape. Thread-safe. Throws Error(kVerification) when a
-// tile on the way is damaged; everything else is a status.
+// tile on the way is damaged, Error(kUsage) when width_m is negative or no number; everything else is a status.
 Route find_route(const TraversalGraph& graph, Place from, Place to, const RouteRules& rules = {});
 
 }  // namespace btms
