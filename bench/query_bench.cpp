@@ -7,15 +7,24 @@
 //   BM_CheckPath   a car along 100 m; queries are paths
 //   BM_Profile     heights each metre of those 100 m; queries are points
 //   BM_ColdTile    a height in a tile that is not in the cache: read, decompressed, checked
+//   BM_ReadShard   the shards behind those tiles, read and decoded by 1 or 2 threads at once: by their index, or, as
+//                  files of older programs have none, by HDF5. Runs in turns; `hdf5` is the time of the latter in units
+//                  of the former. Queries are shards         checked: the hash of all values
 // Heights are checked against those of the map in memory.
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstring>
 #include <thread>
 
 #include "bench/bench_city.h"
 #include "bench/measure.h"
 #include "engine/query/footprint.h"
 #include "engine/query/profile.h"
+#include "io/store/manifest.h"
+#include "io/store/map_folder.h"
 #include "io/store/open_terrain.h"
+#include "io/store/shard_file.h"
 
 namespace btms::bench {
 namespace {
@@ -216,6 +225,46 @@ void BM_ColdTile(benchmark::State& state) {
   verify(cold.tiles().counts().loads == ids.size() * state.iterations(), "every tile was read every time");
 }
 
+// The same shard as an older program would have written it: without the index behind what HDF5 knows.
+std::span<const std::uint8_t> without_index(std::span<const std::uint8_t> file) {
+  std::uint64_t hdf5_bytes = 0;
+  std::memcpy(&hdf5_bytes, file.data() + 28, sizeof hdf5_bytes);  // "end of file" of an HDF5 superblock
+  return file.first(hdf5_bytes);
+}
+
+void read_shards(const Manifest& manifest, bool indexed) {
+  for (const ShardEntry& shard : manifest.shards) {
+    const std::vector<std::uint8_t> file = read_shard(stored_map(), shard);
+    const StoredShard stored{indexed ? file : without_index(file), manifest.info.layout.lattice.resolution_mm(),
+                             shard.bounds()};
+    benchmark::DoNotOptimize(decode_shard(stored, shard.values_xxh3));
+  }
+}
+
+// Each thread reads all of them.
+double seconds_of_shards(const Manifest& manifest, bool indexed, std::int64_t threads) {
+  const auto begun = std::chrono::steady_clock::now();
+  std::vector<std::thread> others;
+  for (std::int64_t t = 1; t < threads; ++t) others.emplace_back([&] { read_shards(manifest, indexed); });
+  read_shards(manifest, indexed);
+  for (std::thread& t : others) t.join();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+}
+
+void BM_ReadShard(benchmark::State& state) {
+  warm();
+  const Manifest manifest = read_manifest(stored_map());
+  std::vector<double> ratios;
+  Measure m(state, manifest.shards.size() * static_cast<std::uint64_t>(state.range(0)), 0);
+  for (auto _ : state) {
+    const double hdf5_s = seconds_of_shards(manifest, false, state.range(0));
+    ratios.push_back(hdf5_s / m.time([&] { seconds_of_shards(manifest, true, state.range(0)); }));
+  }
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  state.counters["hdf5"] = *middle;
+}
+
 BENCHMARK(BM_Height)->ArgName("threads")->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Heights, scattered, scattered)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Heights, window, window)->UseManualTime()->Unit(benchmark::kMillisecond);
@@ -224,6 +273,7 @@ BENCHMARK(BM_CheckPose)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_CheckPath)->UseManualTime()->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_Profile)->UseManualTime()->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_ColdTile)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_ReadShard)->ArgName("threads")->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace btms::bench
