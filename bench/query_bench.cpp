@@ -6,6 +6,9 @@
 //   BM_CheckPose   footprints of a car, turned
 //   BM_CheckPath   a car along 100 m; queries are paths
 //   BM_Profile     heights each metre of those 100 m; queries are points
+//   BM_TileGraph   the traversability graph of a tile, from tiles in the cache; points are nodes
+//   BM_Route       the way across the city, in graphs that are in the cache: the line alone (0), and with the vehicle's
+//                  width free along it (1); points are nodes settled
 //   BM_ColdTile    a height in a tile that is not in the cache: read, decompressed, checked
 //   BM_ReadShard   the shards behind those tiles, read and decoded by 1 or 2 threads at once: by their index, or, as
 //                  files of older programs have none, by HDF5. Runs in turns; `hdf5` is the time of the latter in units
@@ -21,6 +24,7 @@
 #include "bench/measure.h"
 #include "engine/query/footprint.h"
 #include "engine/query/profile.h"
+#include "engine/routing/route.h"
 #include "io/store/manifest.h"
 #include "io/store/map_folder.h"
 #include "io/store/open_terrain.h"
@@ -210,6 +214,44 @@ void BM_Profile(benchmark::State& state) {
   for (auto _ : state) m.time([&] { benchmark::DoNotOptimize(profile(terrain, line, 1)); });
 }
 
+void BM_TileGraph(benchmark::State& state) {
+  const Terrain& terrain = warm();
+  const Parameters parameters = city_options(kResolution_m).parameters;
+  const std::vector<TileId> ids = terrain.tiles().tiles();
+  std::size_t nodes = 0;
+  for (const TileId id : ids) nodes += 4 * terrain.layout().grid.box_of(id).cells();
+  Measure m(state, nodes, 0);
+  for (auto _ : state)
+    m.time([&] {
+      const TraversalGraph graph(terrain, parameters);
+      for (const TileId id : ids) benchmark::DoNotOptimize(graph.tile(id));
+    });
+}
+
+void BM_Route(benchmark::State& state) {
+  const Terrain& terrain = warm();
+  const Parameters parameters = city_options(kResolution_m).parameters;
+  const TraversalGraph graph(terrain, parameters);
+  RouteRules rules;
+  rules.limits = limits_of(parameters);
+  if (state.range(0) != 0) rules.width_m = parameters.vehicle_width_m;
+  // The longest of some.
+  Route longest;
+  const std::vector<Place> places = scattered();
+  for (std::size_t i = 0; i < 64; i += 2) {
+    Route route = find_route(graph, places[i], places[i + 1], rules);
+    if (route.length_m > longest.length_m) longest = std::move(route);
+  }
+  verify(longest.points.size() > 2, "there is a way");
+  std::vector<Place> way;
+  for (const RoutePoint& p : longest.points) way.push_back(p.place);
+  verify(check_path(terrain, way, rules.width_m / 2, rules.limits).safe, "nothing is in the vehicle's way");
+  const Place from = way.front(), to = way.back();
+  Measure m(state, find_route(graph, from, to, rules).settled, 0);
+  for (auto _ : state) m.time([&] { benchmark::DoNotOptimize(find_route(graph, from, to, rules)); });
+  state.counters["length_m"] = longest.length_m;
+}
+
 void BM_ColdTile(benchmark::State& state) {
   warm();
   const Terrain cold = open_terrain(stored_map(), {.cache_bytes = 1}).terrain;
@@ -272,6 +314,8 @@ BENCHMARK(BM_CheckDisc)->ArgName("radius")->Arg(1)->Arg(2)->UseManualTime()->Uni
 BENCHMARK(BM_CheckPose)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_CheckPath)->UseManualTime()->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_Profile)->UseManualTime()->Unit(benchmark::kMicrosecond);
+BENCHMARK(BM_TileGraph)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_Route)->ArgName("width")->Arg(0)->Arg(1)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_ColdTile)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_ReadShard)->ArgName("threads")->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
 

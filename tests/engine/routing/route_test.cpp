@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "engine/query/footprint.h"
 #include "tests/engine/routing/drawn_map.h"
 
 namespace btms {
@@ -73,9 +74,30 @@ TEST(Route, GoesRoundWhatCostsMore) {
   EXPECT_LT(round.weight, 12 + 6 * 3);
 }
 
-// Dijkstra without a heuristic, on one tile.
-TEST(Route, IsTheCheapest) {
+RouteRules rules_of_width(double width_m) {
+  RouteRules rules;
+  rules.width_m = width_m;
+  rules.limits.slope_deg = 89;
+  rules.limits.step_m = 100;
+  return rules;
+}
+
+class RouteOfWidth : public testing::TestWithParam<double> {};
+
+// Dijkstra without a heuristic, on one tile; the vehicle held against every edge beforehand.
+TEST_P(RouteOfWidth, IsTheCheapest) {
   const auto graph = graph_of(test::rolling(), 128);
+  const Lattice lattice = graph.layout().lattice;
+  RouteRules rules = rules_of_width(GetParam());
+  const auto centroid = [&](NodeId id) {
+    const Centroid c = centroid_of(id, *graph.tile(graph.layout().grid.tile_of(id.cell))->find(id), lattice);
+    return Place{static_cast<double>(c.x3) / 3000, static_cast<double>(c.y3) / 3000};
+  };
+  int refused = 0;
+  const auto passable = [&](Place from, Place to) {
+    const Place line[] = {from, to};
+    return rules.width_m == 0 || check_path(graph.terrain(), line, rules.width_m / 2, rules.limits).safe;
+  };
   const auto cheapest = [&](NodeId from, NodeId to) {
     std::map<NodeKey, double> best;
     std::multimap<double, NodeKey> open{{0, node_key(from)}};
@@ -86,20 +108,22 @@ TEST(Route, IsTheCheapest) {
       const NodeId at = node_of_key(key);
       const double so_far = weight;
       graph.tile(graph.layout().grid.tile_of(at.cell))
-          ->for_each_edge(at, RouteRules().cost_weight, [&](NodeId end, const GraphNode&, double w) {
-            if (!best.contains(node_key(end))) open.emplace(so_far + w, node_key(end));
+          ->for_each_edge(at, rules.cost_weight, [&](NodeId end, const GraphNode&, double w) {
+            if (best.contains(node_key(end))) return;
+            if (passable(centroid(at), centroid(end)))
+              open.emplace(so_far + w, node_key(end));
+            else
+              ++refused;
           });
     }
     return best.contains(node_key(to)) ? best[node_key(to)] : -1;
   };
-  RouteRules rules;
   rules.shape = RouteRules::Shape::kNodes;
   const Place ends[][2] = {{{-60, -50}, {70, 60}}, {{-3, 40}, {5, -44}}, {{60, -30}, {-50, 10}}};
   for (const auto& [from, to] : ends) {
     const Route route = find_route(graph, from, to, rules);
     ASSERT_EQ(route.status, RouteStatus::kFound);
     // The edges of the way, read back from its centroids.
-    const Lattice lattice = graph.layout().lattice;
     std::vector<NodeId> way;
     for (const RoutePoint& p : route.points) {
       const NodeId id = lattice.node_at(std::llround(p.place.x_m * 1000), std::llround(p.place.y_m * 1000));
@@ -109,7 +133,7 @@ TEST(Route, IsTheCheapest) {
     for (std::size_t i = 1; i < way.size(); ++i) {
       double edge = -1;
       graph.tile(graph.layout().grid.tile_of(way[i - 1].cell))
-          ->for_each_edge(way[i - 1], RouteRules().cost_weight, [&](NodeId end, const GraphNode&, double w) {
+          ->for_each_edge(way[i - 1], rules.cost_weight, [&](NodeId end, const GraphNode&, double w) {
             if (end == way[i]) edge = w;
           });
       ASSERT_GT(edge, 0);
@@ -117,12 +141,18 @@ TEST(Route, IsTheCheapest) {
     }
     EXPECT_NEAR(weight, cheapest(way.front(), way.back()), 1e-9);
     EXPECT_GT(way.size(), 40u);
-    const Route straight = find_route(graph, from, to);
+    const Route straight = find_route(graph, from, to, rules_of_width(GetParam()));
     EXPECT_LE(straight.weight, route.weight * (1 + 1e-9));
     EXPECT_LT(straight.points.size(), route.points.size());
     EXPECT_TRUE(on_nodes(graph, straight));
+    for (const Route* r : {&route, &straight})
+      for (std::size_t i = 1; i < r->points.size(); ++i)
+        ASSERT_TRUE(passable(r->points[i - 1].place, r->points[i].place)) << i;
   }
+  EXPECT_EQ(refused > 1000, GetParam() > 0) << refused;
 }
+
+INSTANTIATE_TEST_SUITE_P(Widths, RouteOfWidth, testing::Values(0, 0.8));
 
 TEST(Route, DoesNotDependOnTheTiles) {
   for (const auto& [from, to] : {std::pair<Place, Place>{{-60, -50}, {70, 60}}, {{-3, 40}, {5, -44}}}) {
