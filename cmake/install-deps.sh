@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian 12 packages the project needs: the core to build and test it, groups on request.
-#   cmake/install-deps.sh [--gis] [--peers] [--fuzz]
+#   cmake/install-deps.sh [--gis] [--peers] [--fuzz] [--planning]
 # Does nothing when everything is there. Uses sudo only when not root.
 set -eu
 
@@ -9,6 +9,7 @@ libbenchmark-dev libgtest-dev libgmock-dev libcli11-dev libspdlog-dev nlohmann-j
 libboost-dev libxxhash-dev libisal-dev libproj-dev libseccomp-dev zlib1g-dev"
 gis="gdal-bin python3-gdal netcdf-bin python3-h5py python3-xarray python3-netcdf4"
 peers="libpcl-dev"  # large; for -DBTMS_WITH_PCL=ON
+planning="libompl-dev"  # apps/examples/ompl_plan.cpp
 fuzz="clang-16 libclang-rt-16-dev"  # tests/fuzz/run.sh
 
 wanted=$core
@@ -17,8 +18,9 @@ for argument in "$@"; do
     --gis) wanted="$wanted $gis" ;;
     --peers) wanted="$wanted $peers" ;;
     --fuzz) wanted="$wanted $fuzz" ;;
+    --planning) wanted="$wanted $planning" ;;
     -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
-    *) echo "install-deps.sh: unknown group $argument; there are --gis, --peers and --fuzz" >&2; exit 2 ;;
+    *) echo "install-deps.sh: unknown group $argument; there are --gis, --peers, --fuzz and --planning" >&2; exit 2 ;;
   esac
 done
 
