@@ -10,6 +10,7 @@
 #include "io/store/chunk_index.h"
 #include "io/store/hash.h"
 #include "io/store/hdf5_chunks.h"
+#include "io/store/shard_overview.h"
 #include "io/store/upper_layers.h"
 
 namespace btms {
@@ -142,7 +143,7 @@ EncodedShard encode_shard(const TerrainTile& tile, const std::optional<Crs>& crs
     data.close();
   }
   shard.file = file.finish();
-  append_chunk_index(shard.file, tile.upper.size(), places);
+  append_chunk_index(shard.file, tile.upper.size(), places, ShardOverview(tile).stored(), shard.values_xxh3);
   return shard;
 }
 
@@ -172,6 +173,9 @@ TerrainTile check_shard(const StoredShard& shard, std::uint64_t values_xxh3, con
   });
   TerrainTile tile = assembly.finish(values_xxh3);
   std::string wrong;
+  if (IndexedChunks::of(shard.bytes, shard.box) &&
+      !ShardOverview(shard.box, overview_in(shard.bytes)).is_same(ShardOverview(tile)))
+    wrong = "its overview";
   for (const auto& [layer, raster] : derived)
     if (gather(*layer, tile) != raster) wrong.append(wrong.empty() ? "" : ", ").append(layer->name);
   if (!wrong.empty()) damaged("what is derived from the model differs from it in " + wrong);
