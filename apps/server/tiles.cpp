@@ -34,8 +34,8 @@ TileRequest tile_request(const MapRevision& revision, const std::string& id, con
 Body encoded_tile(const Call& call, const TileRequest& tile) {
   if (!call.revision->tiles.find(tile.level, tile.id)) return body_of({});
   if (Body known = call.service.bodies().find(tile.etag)) return known;
-  const Window window =
-      cut_window(call.revision->terrain.tiles(), tile.level, ServedTiles::box_of(tile.id), tile.layers);
+  const Window window = cut_window(*call.revision->reader, call.revision->terrain.tiles(), tile.level,
+                                   ServedTiles::box_of(tile.id), tile.layers);
   Body body =
       window.empty()
           ? body_of({})
