@@ -1,67 +1,14 @@
 // The server at a real socket: what well-behaved and ill-behaved clients get.
-#include <arpa/inet.h>
-#include <poll.h>
-#include <sys/socket.h>
-
-#include <chrono>
 #include <thread>
 
 #include "apps/server/http_server.h"
 #include "tests/server/served_city.h"
+#include "tests/support/socket_client.h"
 
 namespace btms::test {
 namespace {
 
 using namespace std::chrono_literals;
-
-// A connection to the server.
-class Client {
- public:
-  explicit Client(std::uint16_t port) : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(port);
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
-  }
-  ~Client() { close(fd_); }
-  Client(const Client&) = delete;
-
-  // False when the server has closed.
-  bool send(const std::string& bytes) const {
-    for (std::size_t at = 0; at < bytes.size();) {
-      const ssize_t n = ::send(fd_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
-      if (n <= 0) return false;
-      at += static_cast<std::size_t>(n);
-    }
-    return true;
-  }
-  // What comes until the text is there, the server closes, or so long has passed.
-  std::string read_until(const std::string& text, std::chrono::milliseconds most = 5000ms) {
-    const auto end = std::chrono::steady_clock::now() + most;
-    while (got_.find(text) == std::string::npos) {
-      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
-      pollfd ready{fd_, POLLIN, 0};
-      if (left.count() <= 0 || poll(&ready, 1, static_cast<int>(left.count())) <= 0) break;
-      char piece[4096];
-      const ssize_t n = recv(fd_, piece, sizeof piece, 0);
-      if (n <= 0) {
-        closed_ = true;
-        break;
-      }
-      got_.append(piece, static_cast<std::size_t>(n));
-    }
-    return got_;
-  }
-  std::string rest() { return read_until("\1 never"); }
-  bool closed() const { return closed_; }
-  void forget() { got_.clear(); }
-
- private:
-  int fd_;
-  std::string got_;
-  bool closed_ = false;
-};
 
 class Sockets : public ServedCity {
  protected:
@@ -79,7 +26,7 @@ class Sockets : public ServedCity {
   std::uint16_t port() const { return server_->port(); }
   Service& service() { return *service_; }
   std::string one(const std::string& request) {
-    Client client(port());
+    SocketClient client(port());
     client.send(request);
     return client.rest();
   }
@@ -93,7 +40,7 @@ const std::string kHealth = "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n";
 
 TEST_F(Sockets, AnswersOneRequestAfterAnother) {
   serve();
-  Client client(port());
+  SocketClient client(port());
   for (int i = 0; i < 3; ++i) {
     ASSERT_TRUE(client.send(kHealth));
     EXPECT_TRUE(client.read_until("\"ok\"}").starts_with("HTTP/1.1 200 OK\r\n"));
@@ -145,7 +92,7 @@ TEST_F(Sockets, BoundsWhatItReads) {
   EXPECT_TRUE(one("POST /v1/maps/city/diff HTTP/1.1\r\nHost: x\r\nContent-Length: 99999999\r\n\r\n{")
                   .starts_with("HTTP/1.1 413"));
   // A header without an end: the connection ends long before it would.
-  Client endless(port());
+  SocketClient endless(port());
   std::string piece = "GET / HTTP/1.1\r\nLong: ";
   std::size_t sent = 0;
   while (sent < (std::size_t{64} << 20) && endless.send(piece)) {
@@ -154,7 +101,7 @@ TEST_F(Sockets, BoundsWhatItReads) {
   }
   EXPECT_LT(sent, std::size_t{64} << 20);
   // Chunks that add up to more than a body may have.
-  Client chunks(port());
+  SocketClient chunks(port());
   chunks.send("POST /v1/maps/city/diff HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n");
   const std::string chunk = "100000\r\n" + std::string(0x100000, '1') + "\r\n";
   for (int i = 0; i < 10; ++i)
@@ -168,15 +115,15 @@ TEST_F(Sockets, SlowClientsAreLetGoAndHoldUpNobody) {
   limits.body = 700ms;
   limits.idle = 700ms;
   serve(limits);
-  std::vector<std::unique_ptr<Client>> slow;
+  std::vector<std::unique_ptr<SocketClient>> slow;
   for (int i = 0; i < 200; ++i) {
-    slow.push_back(std::make_unique<Client>(port()));
+    slow.push_back(std::make_unique<SocketClient>(port()));
     slow.back()->send(i % 2 ? "GET /healthz HT"
                             : "POST /v1/maps/city/diff HTTP/1.1\r\nHost: x\r\nContent-Length: 50\r\n\r\n{");
   }
   EXPECT_TRUE(one("GET /healthz HTTP/1.1\r\nConnection: close\r\n\r\n").starts_with("HTTP/1.1 200"));
   for (auto& client : slow) EXPECT_TRUE(client->rest().starts_with("HTTP/1.1 408"));
-  Client silent(port());
+  SocketClient silent(port());
   EXPECT_EQ(silent.rest(), "");
   EXPECT_TRUE(silent.closed());
 }
@@ -185,13 +132,13 @@ TEST_F(Sockets, CountsItsConnections) {
   ServerLimits limits;
   limits.connections = 3;
   serve(limits);
-  std::vector<std::unique_ptr<Client>> held;
+  std::vector<std::unique_ptr<SocketClient>> held;
   for (int i = 0; i < 3; ++i) {
-    held.push_back(std::make_unique<Client>(port()));
+    held.push_back(std::make_unique<SocketClient>(port()));
     held.back()->send(kHealth);
     EXPECT_TRUE(held.back()->read_until("\"ok\"}").starts_with("HTTP/1.1 200"));
   }
-  Client one_more(port());
+  SocketClient one_more(port());
   EXPECT_TRUE(one_more.rest().starts_with("HTTP/1.1 503"));
   held.pop_back();
   std::string answer;
@@ -204,7 +151,7 @@ TEST_F(Sockets, CountsItsConnections) {
 
 TEST_F(Sockets, TellsListenersOfANewRevision) {
   serve();
-  Client listener(port());
+  SocketClient listener(port());
   listener.send("GET /v1/maps/city/events HTTP/1.1\r\nHost: x\r\n\r\n");
   EXPECT_NE(listener.read_until(": events").find("text/event-stream"), std::string::npos);
   const std::uint64_t before = service().maps()[0]->current()->number();
@@ -217,7 +164,7 @@ TEST_F(Sockets, TellsListenersOfANewRevision) {
 
 TEST_F(Sockets, StopsGracefully) {
   serve();
-  Client idle(port()), listener(port());
+  SocketClient idle(port()), listener(port());
   idle.send(kHealth);
   idle.read_until("\"ok\"}");
   listener.send("GET /v1/maps/city/events HTTP/1.1\r\nHost: x\r\n\r\n");
