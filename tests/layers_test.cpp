@@ -96,6 +96,9 @@ TEST(Layers, ALibraryHeaderHasOneHome) {
     const auto places = homes(header, false);
     EXPECT_LE(places.size(), 1u) << name << " is included in " << testing::PrintToString(places);
   }
+  // The server and its client: no one else talks to strangers.
+  for (const std::string& place : homes(std::regex("^boost/"), false))
+    EXPECT_TRUE(place == "apps/server" || place == "io/client") << "Boost is included in " << place;
   const auto sockets = homes(std::regex("^sys/socket\\.h$"), true);
   EXPECT_LE(sockets.size(), 1u) << "sockets are used in " << testing::PrintToString(sockets);
 }
