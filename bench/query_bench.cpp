@@ -10,8 +10,19 @@
 //   BM_Route       the way across the city, in graphs that are in the cache: the line alone (0), and with the vehicle's
 //                  width free along it (1); points are nodes settled
 //   BM_ColdTile    a height in a tile that is not in the cache: read, decompressed, checked
+//   BM_ReadShard   the shards behind those tiles, read and decoded by 1 or 2 threads at once: by their index, or, as
+//                  files of older programs have none, by HDF5. Runs in turns; `hdf5` is the time of the latter in units
+//                  of the former. Queries are shards         checked: the hash of all values
+//   BM_Overview    the coarsest tile of a map of so many shards, elevation and class, nothing in the cache: out of the
+//                  overviews. `decoded` is the time without them, estimated from that of a level 2 tile, in units of
+//                  this one; queries are shards       checked: against the tiles below, on the coarsest level and one
+//                  more
 // Heights are checked against those of the map in memory.
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstring>
+#include <map>
 #include <thread>
 
 #include "bench/bench_city.h"
@@ -19,7 +30,12 @@
 #include "engine/query/footprint.h"
 #include "engine/query/profile.h"
 #include "engine/routing/route.h"
+#include "io/export/raster.h"
+#include "io/store/manifest.h"
+#include "io/store/map_folder.h"
 #include "io/store/open_terrain.h"
+#include "io/store/shard_assembly.h"
+#include "io/store/shard_file.h"
 
 namespace btms::bench {
 namespace {
@@ -258,6 +274,101 @@ void BM_ColdTile(benchmark::State& state) {
   verify(cold.tiles().counts().loads == ids.size() * state.iterations(), "every tile was read every time");
 }
 
+// The same shard as an older program would have written it: without the index behind what HDF5 knows.
+std::span<const std::uint8_t> without_index(std::span<const std::uint8_t> file) {
+  std::uint64_t hdf5_bytes = 0;
+  std::memcpy(&hdf5_bytes, file.data() + 28, sizeof hdf5_bytes);  // "end of file" of an HDF5 superblock
+  return file.first(hdf5_bytes);
+}
+
+void read_shards(const Manifest& manifest, bool indexed) {
+  for (const ShardEntry& shard : manifest.shards) {
+    const std::vector<std::uint8_t> file = read_shard(stored_map(), shard);
+    const StoredShard stored{indexed ? file : without_index(file), manifest.info.layout.lattice.resolution_mm(),
+                             shard.bounds()};
+    benchmark::DoNotOptimize(decode_shard(stored, shard.values_xxh3));
+  }
+}
+
+// Each thread reads all of them.
+double seconds_of_shards(const Manifest& manifest, bool indexed, std::int64_t threads) {
+  const auto begun = std::chrono::steady_clock::now();
+  std::vector<std::thread> others;
+  for (std::int64_t t = 1; t < threads; ++t) others.emplace_back([&] { read_shards(manifest, indexed); });
+  read_shards(manifest, indexed);
+  for (std::thread& t : others) t.join();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+}
+
+void BM_ReadShard(benchmark::State& state) {
+  warm();
+  const Manifest manifest = read_manifest(stored_map());
+  std::vector<double> ratios;
+  Measure m(state, manifest.shards.size() * static_cast<std::uint64_t>(state.range(0)), 0);
+  for (auto _ : state) {
+    const double hdf5_s = seconds_of_shards(manifest, false, state.range(0));
+    ratios.push_back(hdf5_s / m.time([&] { seconds_of_shards(manifest, true, state.range(0)); }));
+  }
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  state.counters["hdf5"] = *middle;
+}
+
+// A tile of the city again and again.
+const fs::path& wide_map(std::int32_t across) {
+  static std::map<std::int32_t, fs::path> made;
+  if (made.contains(across)) return made[across];
+  constexpr std::int32_t kEdge = 64;
+  const fs::path path = folder() / ("wide" + std::to_string(across) + ".btms");
+  const CityMap& built = city_map(kResolution_m);
+  std::shared_ptr<const TerrainTile> city;
+  for (const TileId id : built.map.tiles())
+    if (const auto tile = built.map.load(id); tile->box.cols() >= kEdge && tile->box.rows() >= kEdge) city = tile;
+  TerrainTile piece = cut(*city, {city->box.col0, city->box.row0, city->box.col0 + kEdge, city->box.row0 + kEdge});
+  const MapLayout layout{built.map.layout().lattice, {kEdge, {}}};
+  const auto writer = MapWriter::create(path, layout);
+  for (std::int32_t ty = 0; ty < across; ++ty)
+    for (std::int32_t tx = 0; tx < across; ++tx) {
+      piece.box = layout.grid.box_of({tx, ty});
+      writer->put({tx, ty}, TerrainTile(piece));
+    }
+  MapInfo info;
+  info.parameters = city_options(kResolution_m).parameters;
+  writer->publish(info, {writer->finish()});
+  return made[across] = path;
+}
+
+bool same_bits(const Window& a, const Window& b) {
+  for (std::size_t l = 0; l < a.values.size(); ++l)
+    if (std::memcmp(a.values[l].data(), b.values[l].data(), a.values[l].size() * sizeof(float)) != 0) return false;
+  return a.values.size() == b.values.size();
+}
+
+void BM_Overview(benchmark::State& state) {
+  const auto across = static_cast<std::int32_t>(state.range(0));
+  const auto map = MapReader::open(wide_map(across));
+  const RasterLayer* layers[] = {find_raster_layer("elevation"), find_raster_layer("class")};
+  int top = 2;
+  while ((across * 64 >> top) > 2 * 128) ++top;
+  const CellBox served{0, 0, 128, 128};
+  verify_once("overview" + std::to_string(across), [&] {
+    const CellBox part{0, 0, 16, 16};
+    for (const int level : {3, top})
+      verify(same_bits(cut_window(*map, level, part, layers), cut_window(*map, *map, level, part, layers)),
+             "an overview is what the tiles say");
+  });
+  const auto shards = static_cast<std::uint64_t>(std::min(across, 2 << top)) * std::min(across, 2 << top);
+  Measure m(state, shards, 0);
+  double seconds = 0;
+  for (auto _ : state)
+    seconds += m.time([&] { benchmark::DoNotOptimize(cut_window(*map, *map, top, served, layers)); });
+  const auto begun = std::chrono::steady_clock::now();
+  benchmark::DoNotOptimize(cut_window(*map, 2, served, layers));  // 8 x 8 shards
+  const double decoded_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count() / 64 *
+                           static_cast<double>(shards);
+  state.counters["decoded"] = decoded_s / (seconds / static_cast<double>(state.iterations()));
+}
+
 BENCHMARK(BM_Height)->ArgName("threads")->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Heights, scattered, scattered)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Heights, window, window)->UseManualTime()->Unit(benchmark::kMillisecond);
@@ -268,6 +379,8 @@ BENCHMARK(BM_Profile)->UseManualTime()->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_TileGraph)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_Route)->ArgName("width")->Arg(0)->Arg(1)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_ColdTile)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_Overview)->ArgName("across")->Arg(32)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_ReadShard)->ArgName("threads")->Arg(1)->Arg(2)->UseManualTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace btms::bench

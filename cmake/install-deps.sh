@@ -1,15 +1,17 @@
 #!/bin/sh
 # Installs the Debian 12 packages the project needs: the core to build and test it, groups on request.
-#   cmake/install-deps.sh [--gis] [--peers] [--fuzz] [--planning]
+#   cmake/install-deps.sh [--gis] [--peers] [--fuzz] [--planning] [--viewer] [--load]
 # Does nothing when everything is there. Uses sudo only when not root.
 set -eu
 
 core="build-essential cmake ninja-build pkg-config libeigen3-dev libtbb-dev libnanoflann-dev libhdf5-dev \
-libbenchmark-dev libgtest-dev libgmock-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libyaml-cpp-dev libpng-dev \
-libboost-dev libxxhash-dev libisal-dev libproj-dev libseccomp-dev zlib1g-dev"
-gis="gdal-bin netcdf-bin python3-h5py python3-xarray python3-netcdf4"
+libbenchmark-dev libgtest-dev libgmock-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libyaml-cpp-dev libpng-dev libtiff-dev \
+libboost-dev libxxhash-dev libisal-dev libproj-dev libseccomp-dev zlib1g-dev curl"
+gis="gdal-bin python3-gdal netcdf-bin python3-h5py python3-xarray python3-netcdf4"
 peers="libpcl-dev"  # large; for -DBTMS_WITH_PCL=ON
 planning="libompl-dev"  # apps/examples/ompl_plan.cpp
+load="wrk"  # tests/load.sh
+viewer="nodejs npm chromium"  # apps/viewer and its tests
 fuzz="clang-16 libclang-rt-16-dev"  # tests/fuzz/run.sh
 
 wanted=$core
@@ -19,8 +21,10 @@ for argument in "$@"; do
     --peers) wanted="$wanted $peers" ;;
     --fuzz) wanted="$wanted $fuzz" ;;
     --planning) wanted="$wanted $planning" ;;
+    --load) wanted="$wanted $load" ;;
+    --viewer) wanted="$wanted $viewer" ;;
     -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
-    *) echo "install-deps.sh: unknown group $argument; there are --gis, --peers, --fuzz and --planning" >&2; exit 2 ;;
+    *) echo "install-deps.sh: unknown group $argument; there are --gis, --peers, --fuzz, --planning, --viewer and --load" >&2; exit 2 ;;
   esac
 done
 

@@ -13,23 +13,6 @@ namespace {
 
 constexpr double kMaxRadius_m = 1e6;
 
-std::string layer_names(const Json& json) {
-  if (!json.contains("layers")) return "elevation";
-  std::string names;
-  for (const Json& name : array_member_of(json, "layers")) {
-    if (!name.is_string()) throw Problem("bad_body", "expected names", "layers");
-    names.append(names.empty() ? "" : ",").append(name.get<std::string>());
-  }
-  return names_of(layers_of(names));
-}
-
-std::string text_or(const Json& json, const char* field, const char* otherwise) {
-  const auto it = json.find(field);
-  if (it == json.end()) return otherwise;
-  if (!it->is_string()) throw Problem("bad_body", "expected a text", field);
-  return it->get<std::string>();
-}
-
 Area area_of(const Json& json) {
   const auto it = json.find("area");
   if (it == json.end() || !it->is_object()) throw Problem("bad_body", "expected an object", "area");
@@ -73,7 +56,7 @@ Response post_diff(const Call& call) {
       level_value.get<std::uint64_t>() >= levels.size())
     throw Problem("unknown_level", "the map's description lists them", "level");
   const int level = level_value.get<int>();
-  const std::string names = layer_names(json), format = text_or(json, "f", "raw");
+  const std::string names = names_of(layers_member(json)), format = text_member(json, "f", "raw");
   const std::string form = tile_form(names, format);
   static const Json kNone = Json::object();
   const Json& have = json.contains("have") ? json["have"] : kNone;

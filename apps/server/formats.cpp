@@ -3,6 +3,8 @@
 #include <span>
 
 #include "apps/server/problem.h"
+#include "apps/server/served_map.h"
+#include "io/export/geotiff.h"
 #include "io/export/raw_tile.h"
 #include "io/export/window_formats.h"
 
@@ -21,14 +23,17 @@ constexpr WindowFormat kNpz{"npz", "application/zip",
                             [](const Window& w, TileId, const MapRevision&) { return npz(w); }};
 constexpr WindowFormat kPng{"png", "image/png",
                             [](const Window& w, TileId, const MapRevision&) { return window_png(w); }};
+constexpr WindowFormat kTif{
+    "tif", "image/tiff; application=geotiff",
+    [](const Window& w, TileId, const MapRevision& r) { return geotiff(w, r.reader->info().crs_wkt); }};
 constexpr WindowFormat kJson{"json", "application/json",
                              [](const Window& w, TileId, const MapRevision&) { return text(window_json(w)); }};
 constexpr WindowFormat kGridmap{"gridmap-json", "application/json", [](const Window& w, TileId, const MapRevision&) {
                                   return text(gridmap_json(w, "map"));
                                 }};
 
-constexpr WindowFormat kTileFormats[] = {kRaw, kNpy, kPng, kJson};
-constexpr WindowFormat kSubmapFormats[] = {kRaw, kNpy, kNpz, kPng, kJson, kGridmap};
+constexpr WindowFormat kTileFormats[] = {kRaw, kNpy, kPng, kTif, kJson};
+constexpr WindowFormat kSubmapFormats[] = {kRaw, kNpy, kNpz, kPng, kTif, kJson, kGridmap};
 
 const WindowFormat& find(std::span<const WindowFormat> formats, const std::string& name) {
   std::vector<std::string> allowed;

@@ -113,6 +113,23 @@ std::vector<const RasterLayer*> layers_of(const std::string& names) {
   return out;
 }
 
+std::string text_member(const Json& object, const char* field, const char* otherwise) {
+  const auto it = object.find(field);
+  if (it == object.end()) return otherwise;
+  if (!it->is_string()) throw Problem("bad_body", "expected a text", field);
+  return it->get<std::string>();
+}
+
+std::vector<const RasterLayer*> layers_member(const Json& object) {
+  if (!object.contains("layers")) return layers_of("elevation");
+  std::string names;
+  for (const Json& name : array_member_of(object, "layers")) {
+    if (!name.is_string()) throw Problem("bad_body", "expected names", "layers");
+    names.append(names.empty() ? "" : ",").append(name.get<std::string>());
+  }
+  return layers_of(names);
+}
+
 std::string names_of(const std::vector<const RasterLayer*>& layers) {
   std::string names;
   for (const RasterLayer* layer : layers) names.append(names.empty() ? "" : ",").append(layer->name);

@@ -25,8 +25,11 @@ Json json_body(const Call& call);
 // [x, y] of finite numbers. Throws Problem("bad_body") naming the field.
 Place place_member(const Json& value, const char* field);
 const Json& array_member_of(const Json& object, const char* field);
+std::string text_member(const Json& object, const char* field, const char* otherwise);
 // Names separated by commas, all known, none twice; elevation when there are none.
 std::vector<const RasterLayer*> layers_of(const std::string& names);
+// "layers" of a body, an array of them; as above.
+std::vector<const RasterLayer*> layers_member(const Json& object);
 std::string names_of(const std::vector<const RasterLayer*>& layers);
 
 // maps.cpp
@@ -52,11 +55,12 @@ Response post_check(const Call& call);
 Response post_route(const Call& call);
 // event_answers.cpp
 Response get_events(const Call& call);
+// openapi.cpp
+Response get_openapi(const Call& call);
 // service_answers.cpp
 Response get_health(const Call& call);
 Response get_ready(const Call& call);
 Response get_metrics(const Call& call);
-Response get_openapi(const Call& call);
 Response get_file(const Call& call);
 
 }  // namespace btms

@@ -191,11 +191,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   // A request that can't be read to its end.
   void fail(ErrorOf error) {
     if (timed_out_ && (phase_ == Phase::kBody || buffer_.size() > 0)) return refuse_request("slow_request");
-    if (error == http::error::header_limit) {
-      const auto data = buffer_.data();
-      const std::string_view text(static_cast<const char*>(data.data()), data.size());
-      return refuse_request(text.find('\n') == text.npos ? "target_too_long" : "header_too_large");
-    }
+    if (error == http::error::header_limit)  // before the end of the first line, or after it
+      return refuse_request(parser_->get().target().empty() ? "target_too_long" : "header_too_large");
     if (error == http::error::body_limit) return refuse_request("body_too_large");
     if (error == http::error::end_of_stream ||
         error.category() != http::make_error_code(http::error::bad_target).category())

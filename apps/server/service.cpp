@@ -10,27 +10,104 @@
 namespace btms {
 namespace {
 
+constexpr const char *kJson = "application/json", *kAny = "application/octet-stream";
+constexpr const char* kTileTypes = "application/octet-stream application/x-npy image/png image/tiff application/json";
+constexpr const char* kWindowTypes =
+    "application/octet-stream application/x-npy application/zip image/png image/tiff application/json";
+
+constexpr Parameter kLayers{"layers", "string", "names of layers, separated by commas; elevation when not given"};
+constexpr Parameter kTileForm{"f", "raw|npy|png|tif|json", "form; raw when not given"};
+constexpr Parameter kRes{"res", "number", "edge of a square in metres; the map's when not given"};
+constexpr Parameter kBox{"bbox", "string", "min x,min y,max x,max y in metres", true};
+constexpr Parameter kX{"x", "number", "metres of the map frame", true}, kY{"y", "number", "metres", true};
+
+constexpr Parameter kListParameters[] = {{"level", "integer", "0 is the finest", true}, kLayers, kTileForm};
+constexpr Parameter kTileParameters[] = {kLayers, kTileForm};
+constexpr Parameter kHeightParameters[] = {
+    kX, kY, {"z", "number", "of several surfaces that nearest to it"}, {"layers", "string", "values of layers, too"}};
+constexpr Parameter kHeightsParameters[] = {{"columns", "2|3", "of a body of float64: x, y, or x, y and a hint z"}};
+constexpr Parameter kSubmapParameters[] = {{"cx", "number", "middle", true},
+                                           {"cy", "number", "middle", true},
+                                           {"lx", "number", "width in metres", true},
+                                           {"ly", "number", "height in metres", true},
+                                           kRes,
+                                           kLayers,
+                                           {"f", "raw|npy|npz|png|tif|json|gridmap-json", "form; npz when not given"}};
+constexpr Parameter kCostmapParameters[] = {kBox,
+                                            kRes,
+                                            {"inflation", "number", "metres around what is occupied"},
+                                            {"mode", "trinary|raw", "trinary when not given"},
+                                            {"f", "pgm|png", "form; pgm when not given"}};
+constexpr Parameter kEventParameters[] = {{"since", "integer", "answers at once with what has changed since then"},
+                                          {"bbox", "string", "only tiles that meet it"}};
+
+constexpr const char* kDiffBody =
+    R"({"area": {"center": [200, 150], "radius": 300}, "level": 0, "layers": ["elevation"], "f": "raw", "have": {}})";
+constexpr const char* kBundleBody = R"({"ids": ["0/0/0"], "layers": ["elevation"], "f": "raw"})";
+constexpr const char* kHeightsBody = R"({"points": [[200, 150], [201, 150]]})";
+constexpr const char* kProfileBody = R"({"line": [[200, 150], [240, 160]], "resample_distance": 5})";
+constexpr const char* kCheckBody =
+    R"({"path": [[200, 150], [240, 160]], "footprint": [[-1, -0.9], [3.2, -0.9], [3.2, 0.9], [-1, 0.9]],
+"limits": {"slope_deg": 15, "step_m": 0.2, "unknown": "bad"}})";
+constexpr const char* kRouteBody = R"({"from": [215, 95], "to": [250, 110], "cost_weight": 4, "width_m": 1.8})";
+
 constexpr Endpoint kEndpoints[] = {
-    {"GET", "/healthz", "Whether the server is alive", get_health, nullptr},
-    {"GET", "/readyz", "Whether every map is open", get_ready, nullptr},
-    {"GET", "/metrics", "Counts, in Prometheus' text form", get_metrics, nullptr},
-    {"GET", "/openapi.json", "This description", get_openapi, nullptr},
-    {"GET", "/v1/maps", "The maps that are served", list_maps, nullptr},
-    {"GET", "/v1/maps/{m}", "What a map is: extent, levels, layers", describe_map, nullptr},
-    {"GET", "/v1/maps/{m}/tiles", "The tiles of a level, with validators", list_tiles, nullptr},
-    {"GET", "/v1/maps/{m}/tiles/{}/{}/{}", "One tile: level, column, row", get_tile, get_tile_at_once},
-    {"POST", "/v1/maps/{m}/diff", "What a client that holds tiles has to fetch and to forget", post_diff, nullptr},
-    {"POST", "/v1/maps/{m}/bundle", "Many tiles in one answer", post_bundle, nullptr},
-    {"GET", "/v1/maps/{m}/height", "Height, normal, variance and state of a place", get_height, nullptr},
-    {"POST", "/v1/maps/{m}/height", "The same of many places", post_heights, nullptr},
-    {"GET", "/v1/maps/{m}/submap", "A window around a place: cx, cy, lx, ly, res", get_submap, nullptr},
-    {"GET", "/v1/maps/{m}/costmap", "A window as Nav2's map server has it: bbox, res, inflation", get_costmap, nullptr},
-    {"GET", "/v1/maps/{m}/costmap.yaml", "The text beside it", get_costmap_yaml, nullptr},
-    {"POST", "/v1/maps/{m}/profile", "Heights along a line", post_profile, nullptr},
-    {"POST", "/v1/maps/{m}/check", "Whether a vehicle may be at places or along a path", post_check, nullptr},
-    {"POST", "/v1/maps/{m}/route", "The way a vehicle takes from one place to another", post_route, nullptr},
-    {"GET", "/v1/maps/{m}/events", "What changes: server-sent events, or since=revision", get_events, nullptr},
-    {"GET", "/{*}", "The viewer", get_file, nullptr},
+    {"GET", "/healthz", "Whether the server is alive", kJson, {}, nullptr, get_health, nullptr},
+    {"GET", "/readyz", "Whether every map is open", kJson, {}, nullptr, get_ready, nullptr},
+    {"GET", "/metrics", "Counts, in Prometheus' text form", "text/plain", {}, nullptr, get_metrics, nullptr},
+    {"GET", "/openapi.json", "This description", kJson, {}, nullptr, get_openapi, nullptr},
+    {"GET", "/v1/maps", "The maps that are served", kJson, {}, nullptr, list_maps, nullptr},
+    {"GET", "/v1/maps/{m}", "What a map is: extent, levels, layers", kJson, {}, nullptr, describe_map, nullptr},
+    {"GET", "/v1/maps/{m}/tiles", "The tiles of a level, with validators", kJson, kListParameters, nullptr, list_tiles,
+     nullptr},
+    {"GET", "/v1/maps/{m}/tiles/{}/{}/{}", "One tile: level, column, row", kTileTypes, kTileParameters, nullptr,
+     get_tile, get_tile_at_once},
+    {"POST",
+     "/v1/maps/{m}/diff",
+     "What a client that holds tiles has to fetch and to forget",
+     kJson,
+     {},
+     kDiffBody,
+     post_diff,
+     nullptr},
+    {"POST",
+     "/v1/maps/{m}/bundle",
+     "Many tiles in one answer",
+     "multipart/mixed",
+     {},
+     kBundleBody,
+     post_bundle,
+     nullptr},
+    {"GET", "/v1/maps/{m}/height", "Height, normal, variance and state of a place", kJson, kHeightParameters, nullptr,
+     get_height, nullptr},
+    {"POST", "/v1/maps/{m}/height", "The same of many places", "application/json application/octet-stream",
+     kHeightsParameters, kHeightsBody, post_heights, nullptr},
+    {"GET", "/v1/maps/{m}/submap", "A window around a place", kWindowTypes, kSubmapParameters, nullptr, get_submap,
+     nullptr},
+    {"GET", "/v1/maps/{m}/costmap", "A window as Nav2's map server has it", "image/x-portable-graymap image/png",
+     kCostmapParameters, nullptr, get_costmap, nullptr},
+    {"GET", "/v1/maps/{m}/costmap.yaml", "The text beside it", "application/yaml", kCostmapParameters, nullptr,
+     get_costmap_yaml, nullptr},
+    {"POST", "/v1/maps/{m}/profile", "Heights along a line", kJson, {}, kProfileBody, post_profile, nullptr},
+    {"POST",
+     "/v1/maps/{m}/check",
+     "Whether a vehicle may be at places or along a path",
+     kJson,
+     {},
+     kCheckBody,
+     post_check,
+     nullptr},
+    {"POST",
+     "/v1/maps/{m}/route",
+     "The way a vehicle takes from one place to another",
+     kJson,
+     {},
+     kRouteBody,
+     post_route,
+     nullptr},
+    {"GET", "/v1/maps/{m}/events", "What changes: server-sent events, or since=revision", "text/event-stream",
+     kEventParameters, nullptr, get_events, nullptr},
+    {"GET", "/{*}", "The viewer", kAny, {}, nullptr, get_file, nullptr},
 };
 
 std::vector<std::string> split(const char* pattern) {

@@ -38,10 +38,21 @@ struct Call {
   const ServerLimits& limits() const;
 };
 
+// One of the query, as openapi.json tells of it.
+struct Parameter {
+  const char* name;
+  const char* type;  // "number", "integer", "string", or the words it may be: "raw|npy"
+  const char* about;
+  bool required = false;
+};
+
 struct Endpoint {
   const char* method;   // GET serves HEAD, too
   const char* pattern;  // segments; {m} is a map, {} anything, {*} the rest
-  const char* summary;  // for openapi.json
+  const char* summary;
+  const char* produces;  // content types, separated by spaces
+  std::span<const Parameter> parameters;
+  const char* body;  // an example of what is posted, as JSON; nullptr of GET
   Response (*handle)(const Call& call);
   // May be asked first, on the thread that reads requests: an answer that takes no time, or nothing.
   std::optional<Response> (*at_once)(const Call& call);

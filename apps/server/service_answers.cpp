@@ -34,32 +34,6 @@ Response get_metrics(const Call& call) {
   return response;
 }
 
-Response get_openapi(const Call&) {
-  Json paths = Json::object();
-  for (const Endpoint& route : endpoints()) {
-    std::string path = route.pattern;
-    if (path == "/{*}") continue;
-    Json parameters = Json::array();
-    const auto name_next = [&](const std::string& from, const char* name) {
-      const std::size_t at = path.find(from);
-      if (at == path.npos) return;
-      path.replace(at, from.size(), std::string("{") + name + "}");
-      parameters.push_back({{"name", name}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
-    };
-    name_next("{m}", "map");
-    for (const char* name : {"level", "column", "row"}) name_next("{}", name);
-    std::string method = route.method;
-    for (char& c : method) c = static_cast<char>(std::tolower(c));
-    paths[path][method] = {
-        {"summary", route.summary},
-        {"parameters", std::move(parameters)},
-        {"responses", {{"200", {{"description", "ok"}}}, {"default", {{"description", "problem"}}}}}};
-  }
-  return json_response({{"openapi", "3.0.3"},
-                        {"info", {{"title", "B-TMS Engine tile service"}, {"version", "1"}}},
-                        {"paths", std::move(paths)}});
-}
-
 Response get_file(const Call& call) {
   const StaticFiles::File* file = call.service.files().find(call.arguments[0]);
   if (!file) throw Problem("not_found");

@@ -34,8 +34,8 @@ TileRequest tile_request(const MapRevision& revision, const std::string& id, con
 Body encoded_tile(const Call& call, const TileRequest& tile) {
   if (!call.revision->tiles.find(tile.level, tile.id)) return body_of({});
   if (Body known = call.service.bodies().find(tile.etag)) return known;
-  const Window window =
-      cut_window(call.revision->terrain.tiles(), tile.level, ServedTiles::box_of(tile.id), tile.layers);
+  const Window window = cut_window(*call.revision->reader, call.revision->terrain.tiles(), tile.level,
+                                   ServedTiles::box_of(tile.id), tile.layers);
   Body body =
       window.empty()
           ? body_of({})
@@ -97,14 +97,7 @@ Response post_bundle(const Call& call) {
   const Json& ids = array_member_of(json, "ids");
   if (ids.size() > call.limits().bundle)
     throw Problem("too_much", "at most " + std::to_string(call.limits().bundle) + " tiles", "ids");
-  std::string layers;
-  if (json.contains("layers"))
-    for (const Json& name : array_member_of(json, "layers")) {
-      if (!name.is_string()) throw Problem("bad_body", "expected names", "layers");
-      layers.append(layers.empty() ? "" : ",").append(name.get<std::string>());
-    }
-  if (layers.empty()) layers = "elevation";
-  const std::string format = json.value("f", "raw");
+  const std::string layers = names_of(layers_member(json)), format = text_member(json, "f", "raw");
   constexpr const char* kBoundary = "btms-tile";
   std::vector<std::uint8_t> bytes;
   const auto append = [&](std::string_view text) { bytes.insert(bytes.end(), text.begin(), text.end()); };

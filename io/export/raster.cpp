@@ -1,81 +1,36 @@
 #include "io/export/raster.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "engine/error.h"
 #include "engine/lattice/coordinates.h"
 #include "engine/model/square_layers.h"
-#include "engine/model/surface.h"
+#include "io/store/manifest.h"
+#include "io/store/shard_overview.h"
 
 namespace btms {
 namespace {
 
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
-float class_of(const TerrainTile& tile, std::size_t cell) { return square_class(tile, cell); }
-
-constexpr std::array kLayers = {
-    RasterLayer{"elevation", "m", square_elevation_m}, RasterLayer{"elevation_sd", "m", square_sd_m},
-    RasterLayer{"slope", "degree", square_slope_deg},  RasterLayer{"class", nullptr, class_of},
-    RasterLayer{"roughness", "m", square_roughness_m}, RasterLayer{"step", "m", square_step_m},
-    RasterLayer{"clearance", "m", square_clearance_m}, RasterLayer{"cost", "1", square_cost},
-    RasterLayer{"upper_elevation", "m", nullptr},
-};
-
-// The finest square whose values a square of the level has.
-Cell sampled(Cell square, int level) {
-  const auto at = [level](std::int32_t n) {
-    return static_cast<std::int32_t>((std::int64_t{n} << level) + (level > 0 ? std::int64_t{1} << (level - 1) : 0));
-  };
-  return {at(square.col), at(square.row)};
-}
-
-// The squares of the level whose samples lie in a box of the finest.
-CellBox squares_sampled_in(const CellBox& fine, int level) {
-  const std::int64_t edge = std::int64_t{1} << level, half = edge / 2;
-  const auto at = [&](std::int32_t n) { return static_cast<std::int32_t>(ceil_div(n - half, edge)); };
-  return {at(fine.col0), at(fine.row0), at(fine.col1), at(fine.row1)};
-}
-
-float elevation_at_m(const TerrainTile& tile, std::int64_t x_mm, std::int64_t y_mm) {
-  const SurfacePoint p = surface_in(tile, x_mm, y_mm);
-  return p.state == NodeState::kUnknown ? kNothing : static_cast<float>(p.z_m);
-}
-
-// Values of a tile; lists are brought into a raster once.
-class TileValues {
- public:
-  TileValues(const TerrainTile& tile, std::span<const RasterLayer* const> layers) : tile_(tile) {
-    for (const RasterLayer* layer : layers)
-      if (!layer->square && upper_.empty()) upper_ = upper_elevations_m(tile);
-  }
-  float of(const RasterLayer& layer, std::size_t cell) const {
-    return layer.square ? layer.square(tile_, cell) : upper_[cell];
-  }
-
- private:
-  const TerrainTile& tile_;
-  std::vector<float> upper_;
-};
-
-void fill(Window& window, const CellBox& box, const TerrainTile& tile, const CellBox& part) {
-  const TileValues values(tile, window.layers);
-  const std::int64_t r = tile.resolution_mm;
-  for (std::size_t l = 0; l < window.layers.size(); ++l) {
-    const RasterLayer& layer = *window.layers[l];
-    const bool at_corner = window.level > 0 && layer.square == square_elevation_m;
+// value(layer, square) for the part of the window that has its values from there.
+template <class Value>
+void fill(Window& window, const CellBox& box, const CellBox& part, const Value& value) {
+  for (std::size_t l = 0; l < window.layers.size(); ++l)
     for (std::int32_t row = part.row0; row < part.row1; ++row)
-      for (std::int32_t col = part.col0; col < part.col1; ++col) {
-        const Cell from = sampled({col, row}, window.level);
-        float& to = window.values[l][static_cast<std::size_t>(box.row1 - 1 - row) * window.cols +
-                                     static_cast<std::size_t>(col - box.col0)];
-        to = at_corner ? elevation_at_m(tile, from.col * r, from.row * r) : values.of(layer, tile.cell_index(from));
-      }
-  }
+      for (std::int32_t col = part.col0; col < part.col1; ++col)
+        window.values[l][static_cast<std::size_t>(box.row1 - 1 - row) * window.cols +
+                         static_cast<std::size_t>(col - box.col0)] = value(*window.layers[l], Cell{col, row});
+}
+
+void fill_from_tile(Window& window, const CellBox& box, const TerrainTile& tile) {
+  const TileSamples samples(tile, window.layers);
+  fill(window, box, squares_sampled_in(tile.box, window.level).intersect(box),
+       [&](const RasterLayer& layer, Cell square) { return samples.of(layer, square, window.level); });
 }
 
 Window window_of(std::size_t rows, std::size_t cols, std::span<const RasterLayer* const> layers) {
@@ -105,14 +60,18 @@ void check(const CellBox& box, int level, std::size_t layers) {
   check_size(static_cast<std::uint64_t>(box.rows()), static_cast<std::uint64_t>(box.cols()), layers);
 }
 
-}  // namespace
-
-std::span<const RasterLayer> raster_layers() { return kLayers; }
-
-const RasterLayer* find_raster_layer(std::string_view name) {
-  const auto it = std::find_if(kLayers.begin(), kLayers.end(), [&](const RasterLayer& l) { return l.name == name; });
-  return it == kLayers.end() ? nullptr : &*it;
+Window level_window(const MapLayout& layout, int level, const CellBox& box,
+                    std::span<const RasterLayer* const> layers) {
+  check(box, level, layers.size());
+  Window window = window_of(static_cast<std::size_t>(box.rows()), static_cast<std::size_t>(box.cols()), layers);
+  window.level = level;
+  window.cell_m = std::ldexp(layout.lattice.resolution_m(), level);
+  window.min_x_m = box.col0 * window.cell_m;
+  window.min_y_m = box.row0 * window.cell_m;
+  return window;
 }
+
+}  // namespace
 
 bool Window::empty() const {
   return std::all_of(values.begin(), values.end(), [](const std::vector<float>& layer) {
@@ -121,20 +80,35 @@ bool Window::empty() const {
 }
 
 Window cut_window(const TileSource& map, int level, const CellBox& box, std::span<const RasterLayer* const> layers) {
-  check(box, level, layers.size());
-  Window window = window_of(static_cast<std::size_t>(box.rows()), static_cast<std::size_t>(box.cols()), layers);
-  window.level = level;
-  window.cell_m = std::ldexp(map.layout().lattice.resolution_m(), level);
-  window.min_x_m = box.col0 * window.cell_m;
-  window.min_y_m = box.row0 * window.cell_m;
+  Window window = level_window(map.layout(), level, box, layers);
   const TileGrid& grid = map.layout().grid;
   const Cell first = sampled({box.col0, box.row0}, level), last = sampled({box.col1 - 1, box.row1 - 1}, level);
   grid.for_each_tile({first.col, first.row, last.col + 1, last.row + 1}, [&](TileId id) {
     if (squares_sampled_in(grid.box_of(id), level).intersect(box).empty()) return;
-    const auto tile = map.load(id);
-    if (!tile) return;
-    fill(window, box, *tile, squares_sampled_in(tile->box, level).intersect(box));
+    if (const auto tile = map.load(id)) fill_from_tile(window, box, *tile);
   });
+  return window;
+}
+
+Window cut_window(const MapReader& map, const TileSource& tiles, int level, const CellBox& box,
+                  std::span<const RasterLayer* const> layers) {
+  if (level < kFirstOverview) return cut_window(tiles, level, box, layers);
+  Window window = level_window(map.layout(), level, box, layers);
+  for (const ShardEntry& shard : map.shards()) {
+    if (squares_sampled_in(shard.bounds(), level).intersect(box).empty()) continue;
+    const std::optional<ShardOverview> overview = map.overview(shard);
+    // Between its tiles a shard has nothing.
+    for (const TileEntry& tile : shard.tiles) {
+      const CellBox part = squares_sampled_in(tile.box, level).intersect(box);
+      if (part.empty()) continue;
+      if (overview)
+        fill(window, box, part, [&](const RasterLayer& layer, Cell square) {
+          return overview->at(static_cast<std::size_t>(&layer - raster_layers().data()), square, level);
+        });
+      else
+        fill_from_tile(window, box, *tiles.load(tile.id));
+    }
+  }
   return window;
 }
 
@@ -167,7 +141,7 @@ Window sample_window(const TileSource& map, double min_x_m, double min_y_m, doub
       for (col1 = col0 + 1; col1 < cols && tile_of(x_mm[col1], y_mm[row0]) == id;) ++col1;
       const auto tile = map.load(id);
       if (!tile) continue;
-      const TileValues values(*tile, layers);
+      const TileSamples values(*tile, layers);
       for (std::size_t row = row0; row < row1; ++row)
         for (std::size_t col = col0; col < col1; ++col) {
           const Cell cell = lattice.cell_at(x_mm[col], y_mm[row]);

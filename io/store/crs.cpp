@@ -116,6 +116,11 @@ void add_ellipsoid(PJ_CONTEXT* context, const PJ* horizontal, Crs& crs) {
   }
 }
 
+int epsg_of(const PJ* object) {
+  const char *authority = proj_get_id_auth_name(object, 0), *code = proj_get_id_code(object, 0);
+  return authority && code && std::string_view(authority) == "EPSG" ? std::atoi(code) : 0;
+}
+
 // Metres per unit of the heights of a compound or three-dimensional system; 0 when it has none.
 double vertical_unit(PJ_CONTEXT* context, const PJ* whole, const PJ* horizontal_system) {
   double unit_m = 0;
@@ -169,13 +174,14 @@ Crs describe_crs(const std::string& text) {
   if (type == PJ_TYPE_VERTICAL_CRS || type == PJ_TYPE_GEOCENTRIC_CRS || type == PJ_TYPE_TEMPORAL_CRS)
     throw fail("has no plane coordinates");
 
-  for (const PJ* named : {const_cast<const PJ*>(object.get()), horizontal}) {
-    const char *authority = proj_get_id_auth_name(named, 0), *code = proj_get_id_code(named, 0);
-    if (authority && code && std::string_view(authority) == "EPSG") crs.epsg = std::atoi(code);
-  }
+  crs.horizontal_epsg = epsg_of(horizontal);
+  crs.epsg = crs.horizontal_epsg > 0 ? crs.horizontal_epsg : epsg_of(object.get());
   if (horizontal != object.get())
-    if (const Object vertical(proj_crs_get_sub_crs(context.get(), object.get(), 1)); vertical)
+    if (const Object vertical(proj_crs_get_sub_crs(context.get(), object.get(), 1)); vertical) {
       crs.vertical_name = proj_get_name(vertical.get());
+      crs.vertical_epsg = epsg_of(vertical.get());
+    }
+  if (const char* esri = proj_as_wkt(context.get(), horizontal, PJ_WKT1_ESRI, kOptions)) crs.esri_wkt = esri;
 
   const Object system(proj_crs_get_coordinate_system(context.get(), horizontal));
   double unit = 1;

@@ -17,6 +17,8 @@ struct Crs {
   double linear_unit_m = 1;                                // metres per unit of x and y; 1 when geographic
   double vertical_unit_m = 0;                              // metres per unit of stated heights; 0: none are stated
   int epsg = 0;                                            // code of the whole or of its horizontal part; 0: none
+  int horizontal_epsg = 0, vertical_epsg = 0;              // codes of the parts; 0: none
+  std::string esri_wkt;                                    // of the horizontal part in Esri's form of WKT 1, or empty
   std::string vertical_name;                               // of a compound system's second part, or empty
   std::string height_standard_name;                        // CF name of heights, or empty when unknown
 };

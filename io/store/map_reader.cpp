@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <list>
 #include <mutex>
+#include <type_traits>
 #include <unordered_map>
 
 #include "engine/error.h"
+#include "io/store/chunk_index.h"
 #include "io/store/map_folder.h"
 #include "io/store/sandboxed_layers.h"
 #include "io/store/shard_assembly.h"
 #include "io/store/shard_file.h"
+#include "io/store/shard_overview.h"
 
 namespace btms {
 namespace {
@@ -56,13 +59,25 @@ class FolderReader final : public MapReader {
   FolderReader(const fs::path& folder, Manifest&& manifest, Trust trust)
       : folder_(folder),
         manifest_(std::move(manifest)),
-        reading_(trust == Trust::kTrusted ? read_layers : read_layers_sandboxed) {
+        trusted_(trust == Trust::kTrusted),
+        reading_(trusted_ ? read_layers : read_layers_sandboxed) {
     for (std::size_t s = 0; s < manifest_.shards.size(); ++s)
       for (const TileEntry& t : manifest_.shards[s].tiles) where_.emplace(t.id, Place{s, t.box});
   }
 
   const MapInfo& info() const override { return manifest_.info; }
   const MapLayout& layout() const override { return manifest_.info.layout; }
+
+  std::span<const ShardEntry> shards() const override { return manifest_.shards; }
+
+  std::optional<ShardOverview> overview(const ShardEntry& shard) const override {
+    if (!trusted_) return {};
+    return guarded(shard, shard.tiles.front().id, [&]() -> std::optional<ShardOverview> {
+      const auto stored = read_overview(folder_ / kShardFolder / shard.file, shard.bytes, shard.values_xxh3);
+      if (!stored) return {};
+      return ShardOverview(shard.bounds(), *stored);
+    });
+  }
 
   std::vector<TileId> tiles() const override {
     std::vector<TileId> ids;
@@ -107,8 +122,15 @@ class FolderReader final : public MapReader {
 
   template <class Decode>
   SharedTile read(const ShardEntry& shard, TileId id, const Decode& decode) const {
+    return guarded(shard, id,
+                   [&] { return std::make_shared<const TerrainTile>(decode(shard, read_shard(folder_, shard))); });
+  }
+
+  // What work() returns; damage names file and tile.
+  template <class Work>
+  std::invoke_result_t<Work> guarded(const ShardEntry& shard, TileId id, const Work& work) const {
     try {
-      return std::make_shared<const TerrainTile>(decode(shard, read_shard(folder_, shard)));
+      return work();
     } catch (const Error& e) {
       if (e.code() != ErrorCode::kVerification) throw;
       throw Error(e.code(), "tile " + std::to_string(id.tx) + "," + std::to_string(id.ty) + " is damaged: " + e.what(),
@@ -118,6 +140,7 @@ class FolderReader final : public MapReader {
 
   const fs::path folder_;
   const Manifest manifest_;
+  const bool trusted_;
   const LayerReading reading_;
   std::unordered_map<TileId, Place, TileIdHash> where_;
   mutable ShardCache cache_, label_cache_;

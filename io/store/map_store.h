@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,9 @@
 
 namespace btms {
 
-struct Manifest;  // manifest.h
+struct Manifest;      // manifest.h
+struct ShardEntry;    // manifest.h
+class ShardOverview;  // shard_overview.h
 
 struct InputRecord {
   std::string name;
@@ -103,6 +106,12 @@ class MapReader : public TileSource {
   static std::unique_ptr<MapReader> open(const std::filesystem::path& folder, Manifest manifest,
                                          Trust trust = Trust::kTrusted);
   virtual const MapInfo& info() const = 0;
+
+  // What is stored, ascending.
+  virtual std::span<const ShardEntry> shards() const = 0;
+  // What one of them shows from afar; nothing of one that an older program wrote, or of an untrusted map: load() its
+  // tiles. Throws Error(kVerification) when the file or its overview is damaged.
+  virtual std::optional<ShardOverview> overview(const ShardEntry& shard) const = 0;
 };
 
 }  // namespace btms

@@ -7,7 +7,10 @@
 #include "io/store/cf_file.h"
 #include "io/store/chunk_codec.h"
 #include "io/store/chunk_grid.h"
+#include "io/store/chunk_index.h"
 #include "io/store/hash.h"
+#include "io/store/hdf5_chunks.h"
+#include "io/store/shard_overview.h"
 #include "io/store/upper_layers.h"
 
 namespace btms {
@@ -58,6 +61,11 @@ void set_filters(const LayerInfo& layer, const TerrainTile& tile, hid_t properti
   if (element_bytes(layer.element) > 1) hdf5_check(H5Pset_shuffle(properties), "set shuffle");
   hdf5_check(H5Pset_deflate(properties, kDeflateLevel), "set deflate");
   hdf5_check(H5Pset_fletcher32(properties), "set fletcher32");
+}
+
+void add_places(hid_t dataset, const LayerInfo& layer, const TerrainTile& tile, std::vector<ChunkPlace>& places) {
+  each_chunk(layer_shape(layer, tile.box, tile.upper.size()), chunk_shape(layer, tile.box, tile.upper.size()),
+             [&](std::size_t row0, std::size_t col0) { places.push_back(hdf5_place(dataset, layer, row0, col0)); });
 }
 
 using Raster8 = std::vector<std::uint8_t>;
@@ -123,6 +131,7 @@ EncodedShard encode_shard(const TerrainTile& tile, const std::optional<Crs>& crs
   }
 
   CfFile file(tile.box, tile.upper.size(), tile.resolution_mm, crs);
+  std::vector<ChunkPlace> places;
   for (const auto& [info, chunks] : encoded) {
     const LayerInfo& layer = *info;
     Hdf5Dataset data = file.add_layer(layer, [&](hid_t p) { set_filters(layer, tile, p); });
@@ -130,9 +139,11 @@ EncodedShard encode_shard(const TerrainTile& tile, const std::optional<Crs>& crs
       hdf5_check(H5Dwrite_chunk(data.get(), H5P_DEFAULT, 0, chunk_offset(layer, c.row0, c.col0).data(), c.bytes.size(),
                                 c.bytes.data()),
                  "write a chunk");
+    add_places(data.get(), layer, tile, places);
     data.close();
   }
   shard.file = file.finish();
+  append_chunk_index(shard.file, tile.upper.size(), places, ShardOverview(tile).stored(), shard.values_xxh3);
   return shard;
 }
 
@@ -162,6 +173,9 @@ TerrainTile check_shard(const StoredShard& shard, std::uint64_t values_xxh3, con
   });
   TerrainTile tile = assembly.finish(values_xxh3);
   std::string wrong;
+  if (IndexedChunks::of(shard.bytes, shard.box) &&
+      !ShardOverview(shard.box, overview_in(shard.bytes)).is_same(ShardOverview(tile)))
+    wrong = "its overview";
   for (const auto& [layer, raster] : derived)
     if (gather(*layer, tile) != raster) wrong.append(wrong.empty() ? "" : ", ").append(layer->name);
   if (!wrong.empty()) damaged("what is derived from the model differs from it in " + wrong);

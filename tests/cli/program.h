@@ -94,6 +94,7 @@ class Running {
     posix_spawn_file_actions_destroy(&files);
   }
 
+  pid_t pid() const { return pid_; }
   void send(int signal) const { kill(pid_, signal); }
   std::string err_so_far() const { return read_text(folder_ / "err"); }
   bool has_ended() { return status_known_ || (status_known_ = wait4(pid_, &wait_status_, WNOHANG, &used_) == pid_); }
