@@ -287,7 +287,8 @@ TEST_F(FreshTilesOnAMap, ArriveOverABadLine) {
 TEST_F(FreshTilesOnAMap, AMapThatChangesMeanwhileIsReadAgain) {
   std::atomic<bool> once{true};
   BrokenServer* self = nullptr;
-  BrokenServer server(map_, [&](int, const std::string& target, FakeServer::Reply&) {
+  BrokenServer server(map_, [&](int, const std::string& target, FakeServer::Reply& reply) {
+    if (target.find("/events") != target.npos) reply.bytes = whole("503 Busy", "", "");  // tells nothing
     if (target.ends_with("/diff") && once.exchange(false)) {
       add_wall(100, 100);
       self->refresh();
@@ -297,6 +298,8 @@ TEST_F(FreshTilesOnAMap, AMapThatChangesMeanwhileIsReadAgain) {
   FreshTiles fresh(around(server.options()));
   fresh.move_to({120, 120});
   ASSERT_TRUE(fresh.wait_until_fresh(kSoon)) << fresh.freshness().wrong;
+  EXPECT_EQ(fresh.snapshot()->number, 1u);
+  EXPECT_EQ(fresh.snapshot()->revision, 2u);
   RealServer real(map_);
   expect_as_the_map(*fresh.snapshot(), real.options());
 }
