@@ -57,7 +57,7 @@ std::span<const Target> targets() {
       Target{"las", las},           Target{"pcd", pcd},       Target{"kitti", kitti},   Target{"lzf", lzf},
       Target{"poses", poses},       Target{"config", config}, Target{"crs", crs},       Target{"labels", labels},
       Target{"manifest", manifest}, Target{"chunk", chunk},   Target{"layers", layers}, Target{"journal", journal},
-      Target{"rounds", rounds},
+      Target{"request", request},   Target{"rounds", rounds},
   };
   return kTargets;
 }

@@ -83,4 +83,7 @@ void layers(Bytes);
 void journal(Bytes);
 void rounds(Bytes);
 
+// request.cpp
+void request(Bytes);
+
 }  // namespace btms::fuzz

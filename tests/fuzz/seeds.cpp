@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "apps/server/service.h"
 #include "engine/tiling/record.h"
 #include "io/store/chunk_codec.h"
 #include "io/store/hash.h"
@@ -173,6 +174,28 @@ void seed_store() {
   }
 }
 
+// Every endpoint as it describes itself.
+void seed_requests() {
+  int n = 0;
+  for (const Endpoint& endpoint : endpoints()) {
+    std::string target = endpoint.pattern;
+    for (std::size_t at; (at = target.find("{m}")) != target.npos;) target.replace(at, 3, "m");
+    for (std::size_t at; (at = target.find("{}")) != target.npos;) target.replace(at, 2, "0");
+    std::string query;
+    for (const Parameter& p : endpoint.parameters) {
+      const std::string type = p.type;
+      std::string value = type.substr(0, type.find('|'));
+      if (type == "number" || type == "integer") value = "3";
+      if (type == "string") value = std::string(p.name) == "bbox" ? "1,1,9,9" : "elevation";
+      if (std::string(p.name) == "coords") value = "POLYGON((1%202,3%204,5%206,1%202))";
+      query += (query.empty() ? "?" : "&") + std::string(p.name) + "=" + value;
+    }
+    const std::string body = endpoint.body ? endpoint.body : "";
+    seed("request", std::to_string(n++),
+         std::string(endpoint.method) + " " + target + query + "\naccept-encoding: gzip\n\n" + body);
+  }
+}
+
 }  // namespace
 }  // namespace btms::test
 
@@ -189,4 +212,5 @@ int main(int count, char** arguments) {
   seed_texts();
   seed_labels();
   seed_store();
+  seed_requests();
 }
