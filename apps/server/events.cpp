@@ -62,6 +62,10 @@ void EventLog::publish(MapEvent event) {
 
 std::optional<std::vector<MapEvent>> EventLog::since(std::uint64_t revision, std::uint64_t current) const {
   const std::lock_guard lock(mutex_);
+  return kept_since(revision, current);
+}
+
+std::optional<std::vector<MapEvent>> EventLog::kept_since(std::uint64_t revision, std::uint64_t current) const {
   if (revision > current) return {};
   std::vector<MapEvent> out;
   for (const MapEvent& event : kept_)
@@ -75,8 +79,9 @@ std::optional<std::vector<MapEvent>> EventLog::since(std::uint64_t revision, std
 std::shared_ptr<EventStream> EventLog::listen(EventStream::Area area, std::optional<std::uint64_t> last,
                                               std::uint64_t current) {
   auto stream = std::make_shared<EventStream>(area);
-  const auto missed = last ? since(*last, current) : std::vector<MapEvent>{};
+  // One lock for both: an event between what was missed and the first that is pushed would be lost.
   const std::lock_guard lock(mutex_);
+  const auto missed = last ? kept_since(*last, current) : std::vector<MapEvent>{};
   if (!missed) {
     stream->push(reset_text(current));
   } else {

@@ -58,6 +58,7 @@ class EventLog {
 
  private:
   static constexpr std::size_t kKept = 64;
+  std::optional<std::vector<MapEvent>> kept_since(std::uint64_t revision, std::uint64_t current) const;
   mutable std::mutex mutex_;
   std::deque<MapEvent> kept_;
   mutable std::vector<std::weak_ptr<EventStream>> streams_;
