@@ -5,6 +5,7 @@
 
 #include "apps/server/handlers.h"
 #include "apps/server/problem.h"
+#include "apps/server/representation.h"
 #include "engine/error.h"
 
 namespace btms {
@@ -236,7 +237,7 @@ std::optional<Response> Service::dispatch(const Request& request, bool at_once) 
       call.revision = call.map->current();
     }
     response = at_once ? route->at_once(call) : route->handle(call);
-    if (!response) return {};
+    if (!response || !represent(request, route->pattern + (" " + call.map_id), bodies_, at_once, *response)) return {};
   } catch (const Problem& problem) {
     response = problem.response();
   } catch (const Error& error) {
