@@ -21,6 +21,7 @@ Command add_segment(CLI::App& btms);
 Command add_info(CLI::App& btms);
 Command add_query(CLI::App& btms);
 Command add_route(CLI::App& btms);
+Command add_export(CLI::App& btms);
 Command add_digest(CLI::App& btms);
 Command add_verify(CLI::App& btms);
 Command add_diff(CLI::App& btms);

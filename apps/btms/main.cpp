@@ -92,9 +92,10 @@ int parse_and_run(int argc, char** argv) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(36);
   app.option_defaults()->always_capture_default();
-  const Command commands[] = {add_build(app),  add_label(app),  add_segment(app), add_info(app),       add_query(app),
-                              add_route(app),  add_digest(app), add_verify(app),  add_diff(app),       add_eval(app),
-                              add_params(app), add_sweep(app),  add_synth(app),   add_accumulate(app), add_serve(app)};
+  const Command commands[] = {add_build(app),  add_label(app), add_segment(app),    add_info(app),
+                              add_query(app),  add_route(app), add_export(app),     add_digest(app),
+                              add_verify(app), add_diff(app),  add_eval(app),       add_params(app),
+                              add_sweep(app),  add_synth(app), add_accumulate(app), add_serve(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

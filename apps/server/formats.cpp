@@ -32,7 +32,9 @@ constexpr WindowFormat kGridmap{"gridmap-json", "application/json", [](const Win
                                   return text(gridmap_json(w, "map"));
                                 }};
 
-constexpr WindowFormat kTileFormats[] = {kRaw, kNpy, kPng, kTif, kJson};
+constexpr WindowFormat kChunk{"chunk", "application/octet-stream", nullptr};
+
+constexpr WindowFormat kTileFormats[] = {kRaw, kNpy, kPng, kTif, kJson, kChunk};
 constexpr WindowFormat kSubmapFormats[] = {kRaw, kNpy, kNpz, kPng, kTif, kJson, kGridmap};
 
 const WindowFormat& find(std::span<const WindowFormat> formats, const std::string& name) {

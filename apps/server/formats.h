@@ -14,7 +14,7 @@ struct MapRevision;
 struct WindowFormat {
   const char* name;
   const char* type;
-  // `id` is that of a served tile; windows of their own have {0, 0}.
+  // `id` is that of a served tile; windows of their own have {0, 0}. nullptr: stored bytes, not made of a window.
   std::vector<std::uint8_t> (*encode)(const Window& window, TileId id, const MapRevision& revision);
 };
 

@@ -55,6 +55,16 @@ Response post_check(const Call& call);
 Response post_route(const Call& call);
 // event_answers.cpp
 Response get_events(const Call& call);
+// edr.cpp
+Response list_collections(const Call& call);
+Response describe_collection(const Call& call);
+Response get_position(const Call& call);
+Response get_trajectory(const Call& call);
+Response get_area(const Call& call);
+Response get_cube(const Call& call);
+// xyz.cpp
+Response get_tilejson(const Call& call);
+Response get_web_tile(const Call& call);
 // openapi.cpp
 Response get_openapi(const Call& call);
 // service_answers.cpp

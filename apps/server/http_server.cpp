@@ -46,6 +46,12 @@ bool has_line_break(const std::string& text) { return text.find_first_of("\r\n")
 class Connection;
 
 class HttpServer::Impl {
+  // Before io, since connections that io still holds when it ends leave these.
+  std::mutex mutex_;  // guards what follows
+  std::map<asio::ip::address, std::size_t> by_address_;
+  std::set<Connection*> connections_;
+  std::size_t count_ = 0;
+
  public:
   Impl(Service& service, const HttpOptions& options);
   void run(const std::function<void(const std::string&)>& warn);
@@ -67,10 +73,6 @@ class HttpServer::Impl {
 
  private:
   void accept();
-  std::mutex mutex_;  // guards what follows
-  std::map<asio::ip::address, std::size_t> by_address_;
-  std::set<Connection*> connections_;
-  std::size_t count_ = 0;
   std::atomic<bool> stopping_{false};
   asio::steady_timer pause_{io}, shutdown_{io};
   asio::signal_set signals_{io};
@@ -270,6 +272,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void begin_events(const Response& response) {
+    if (last_ || server_.stopping()) return close();  // wind_up() came before this could be ended by it
     if (static_cast<std::size_t>(server_.service.metrics().listeners.load()) >= server_.limits.connections / 2)
       return respond(Problem("busy", "too many listeners").response());
     keep_alive_ = false;

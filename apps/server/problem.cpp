@@ -22,6 +22,7 @@ constexpr Kind kKinds[] = {
     {"not_found", 404, "There is nothing here"},
     {"unknown_map", 404, "There is no such map"},
     {"unknown_level", 404, "The map has no such level"},
+    {"no_crs", 404, "The map can't be placed on the Earth"},
     {"outside", 404, "The map is not there"},
     {"method", 405, "The method does not fit"},
     {"not_acceptable", 406, "There is no such form"},

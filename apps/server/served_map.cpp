@@ -53,6 +53,15 @@ std::string facts_of(const std::string& id, const Manifest& manifest, const Serv
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+std::shared_ptr<const Projection> projection_of(const std::string& crs_wkt) {
+  if (crs_wkt.empty()) return nullptr;
+  try {
+    return std::make_shared<const Projection>(crs_wkt);
+  } catch (const Error&) {
+    return nullptr;
+  }
+}
+
 // Tiles of every level whose content differs, those that are gone among them.
 MapEvent changes(const MapRevision& before, const MapRevision& after) {
   MapEvent event{after.number(), "update", {}};
@@ -115,7 +124,7 @@ std::shared_ptr<const MapRevision> ServedMap::open() const {
   const Terrain terrain(reader, {cache_bytes_});
   return std::shared_ptr<const MapRevision>(
       new MapRevision{reader, terrain, TraversalGraph(terrain, reader->info().parameters, cache_bytes_ / 2),
-                      std::move(tiles), std::move(facts)});
+                      std::move(tiles), projection_of(reader->info().crs_wkt), std::move(facts)});
 }
 
 std::string ServedMap::refresh() {

@@ -10,6 +10,7 @@
 #include "apps/server/events.h"
 #include "engine/routing/graph.h"
 #include "io/store/map_store.h"
+#include "io/store/projection.h"
 #include "io/store/served_tiles.h"
 
 namespace btms {
@@ -20,7 +21,8 @@ struct MapRevision {
   Terrain terrain;
   TraversalGraph graph;
   ServedTiles tiles;
-  std::string facts;  // the answer to GET /v1/maps/{m}
+  std::shared_ptr<const Projection> projection;  // nullptr where the map names no system PROJ can use
+  std::string facts;                             // the answer to GET /v1/maps/{m}
 
   std::uint64_t number() const { return reader->info().revision; }
 };

@@ -42,6 +42,13 @@ constexpr Parameter kCostmapParameters[] = {kBox,
 constexpr Parameter kEventParameters[] = {{"since", "integer", "answers at once with what has changed since then"},
                                           {"bbox", "string", "only tiles that meet it"}};
 
+constexpr Parameter kCoords{"coords", "string", "well-known text, in metres of the map", true};
+constexpr Parameter kNames{"parameter-name", "string", "names of layers; elevation when not given"};
+constexpr Parameter kCoverage{"f", "string", "CoverageJSON"}, kCrs{"crs", "string", "the map's own"};
+constexpr Parameter kCoordsParameters[] = {kCoords, kNames, kCrs, kCoverage};
+constexpr Parameter kCubeParameters[] = {kBox, kNames, kCrs, kCoverage};
+constexpr const char* kCoverageType = "application/prs.coverage+json";
+
 constexpr const char* kDiffBody =
     R"({"area": {"center": [200, 150], "radius": 300}, "level": 0, "layers": ["elevation"], "f": "raw", "have": {}})";
 constexpr const char* kBundleBody = R"({"ids": ["0/0/0"], "layers": ["elevation"], "f": "raw"})";
@@ -108,6 +115,25 @@ constexpr Endpoint kEndpoints[] = {
      nullptr},
     {"GET", "/v1/maps/{m}/events", "What changes: server-sent events, or since=revision", "text/event-stream",
      kEventParameters, nullptr, get_events, nullptr},
+    {"GET", "/collections", "The maps, for OGC API EDR clients", kJson, {}, nullptr, list_collections, nullptr},
+    {"GET", "/collections/{m}", "A map", kJson, {}, nullptr, describe_collection, nullptr},
+    {"GET", "/collections/{m}/position", "Layers at a POINT", kCoverageType, kCoordsParameters, nullptr, get_position,
+     nullptr},
+    {"GET", "/collections/{m}/trajectory", "Layers at the places of a LINESTRING", kCoverageType, kCoordsParameters,
+     nullptr, get_trajectory, nullptr},
+    {"GET", "/collections/{m}/area", "Layers of the squares in a POLYGON", kCoverageType, kCoordsParameters, nullptr,
+     get_area, nullptr},
+    {"GET", "/collections/{m}/cube", "Layers of the squares in a box", kCoverageType, kCubeParameters, nullptr,
+     get_cube, nullptr},
+    {"GET", "/xyz/{m}.json", "TileJSON of the tiles for web maps", kJson, {}, nullptr, get_tilejson, nullptr},
+    {"GET",
+     "/xyz/{m}/{}/{}/{}.png",
+     "Heights in terrarium colours: zoom, x, y",
+     "image/png",
+     {},
+     nullptr,
+     get_web_tile,
+     nullptr},
     {"GET", "/{*}", "The viewer", kAny, {}, nullptr, get_file, nullptr},
 };
 
@@ -134,10 +160,14 @@ struct Matcher {
       if (segments[i] == "{*}") {
         call.arguments.emplace_back();
         for (std::size_t k = i; k < path.size(); ++k) call.arguments.back().append(k > i ? "/" : "").append(path[k]);
-      } else if (segments[i] == "{m}") {
-        call.map_id = path[i];
-      } else if (segments[i] == "{}") {
-        call.arguments.push_back(path[i]);
+      } else if (const std::size_t brace = segments[i].find('}'); brace != std::string::npos) {
+        const std::string ending = segments[i].substr(brace + 1);  // as in {}.png
+        if (!path[i].ends_with(ending)) return false;
+        std::string value = path[i].substr(0, path[i].size() - ending.size());
+        if (segments[i].starts_with("{m}"))
+          call.map_id = std::move(value);
+        else
+          call.arguments.push_back(std::move(value));
       } else if (segments[i] != path[i]) {
         return false;
       }

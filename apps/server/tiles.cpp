@@ -3,6 +3,7 @@
 #include "apps/server/handlers.h"
 #include "apps/server/representation.h"
 #include "io/export/raster.h"
+#include "io/export/raw_tile.h"
 
 namespace btms {
 namespace {
@@ -31,16 +32,33 @@ TileRequest tile_request(const MapRevision& revision, const std::string& id, con
   return out;
 }
 
+// The stored bytes of a layer, where a tile of the map is a served tile.
+Body stored_tile(const Call& call, const TileRequest& tile) {
+  if (tile.level > 0 || tile.layers.size() != 1)
+    throw Problem("bad_parameter", "stored bytes are of one layer of level 0", "f");
+  const MapLayout& layout = call.revision->terrain.layout();
+  const CellBox box = ServedTiles::box_of(tile.id);
+  const TileId id = layout.grid.tile_of({box.col0, box.row0});
+  std::optional<StoredRaster> raster;
+  if (layout.grid.box_of(id) == box) raster = call.revision->reader->stored_raster(id, tile.layers[0]->name);
+  if (!raster) throw Problem("bad_parameter", "the map does not store this tile in one piece: ask for f=raw", "f");
+  if (raster->bytes.empty()) return body_of({});
+  return std::make_shared<const std::vector<std::uint8_t>>(chunk_tile(*raster, tile.id, layout.lattice.resolution_m()));
+}
+
+Body made_tile(const Call& call, const TileRequest& tile) {
+  if (!tile.format->encode) return stored_tile(call, tile);
+  const Window window = cut_window(*call.revision->reader, call.revision->terrain.tiles(), tile.level,
+                                   ServedTiles::box_of(tile.id), tile.layers);
+  if (window.empty()) return body_of({});
+  return std::make_shared<const std::vector<std::uint8_t>>(tile.format->encode(window, tile.id, *call.revision));
+}
+
 // Encoded; an empty body of a tile without content.
 Body encoded_tile(const Call& call, const TileRequest& tile) {
   if (!call.revision->tiles.find(tile.level, tile.id)) return body_of({});
   if (Body known = call.service.bodies().find(tile.etag)) return known;
-  const Window window = cut_window(*call.revision->reader, call.revision->terrain.tiles(), tile.level,
-                                   ServedTiles::box_of(tile.id), tile.layers);
-  Body body =
-      window.empty()
-          ? body_of({})
-          : std::make_shared<const std::vector<std::uint8_t>>(tile.format->encode(window, tile.id, *call.revision));
+  Body body = made_tile(call, tile);
   call.service.bodies().keep(tile.etag, body);
   return body;
 }

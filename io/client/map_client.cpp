@@ -73,15 +73,32 @@ std::string names_of(const TileForm& form) {
   return names;
 }
 
-BoxM bounds_of(const TileForm& form, TileId id) {
-  const double edge_m = form.cell_m * kServedCells;
-  return {id.tx * edge_m, id.ty * edge_m, (id.tx + 1.0) * edge_m, (id.ty + 1.0) * edge_m};
-}
-
 Json places_json(std::span<const Place> places) {
   Json list = Json::array();
   for (const Place& p : places) list.push_back({p.x_m, p.y_m});
   return list;
+}
+
+void note_tiles(const Json& event, ClientEvents& out) {
+  for (const Json& tile : array_member(event, "tiles")) {
+    const Json& id = member(tile, "id");
+    const auto parsed = id.is_string() ? parse_served_id(id.get_ref<const std::string&>()) : std::nullopt;
+    if (!parsed) bad("a tile's id is none");
+    if (out.tiles.size() >= kMostTiles) {  // then a diff is cheaper
+      out.reset = true;
+      return;
+    }
+    out.tiles.push_back(*parsed);
+  }
+}
+
+ClientEvents events_of(const ServerSentEvent& event) {
+  ClientEvents out;
+  out.reset = event.name == "reset";
+  const Json json = parse_json(std::span(reinterpret_cast<const std::uint8_t*>(event.data.data()), event.data.size()));
+  if (!out.reset || json.contains("revision")) out.revision = revision_member(json);
+  if (!out.reset) note_tiles(json, out);
+  return out;
 }
 
 ClientHeight height_of(const Json& json) {
@@ -93,6 +110,11 @@ ClientHeight height_of(const Json& json) {
 
 std::size_t tile_bytes(const TileForm& form) {
   return form.layers.size() * kServedCells * kServedCells * sizeof(float);
+}
+
+BoxM tile_bounds_m(const TileForm& form, TileId id) {
+  const double edge_m = form.cell_m * kServedCells;
+  return {id.tx * edge_m, id.ty * edge_m, (id.tx + 1.0) * edge_m, (id.ty + 1.0) * edge_m};
 }
 
 MapClient::MapClient(ClientOptions options, std::string map)
@@ -139,7 +161,7 @@ MapDescription MapClient::description() {
 
 ClientTile MapClient::tile_of(const TileForm& form, TileId id, const std::string& etag,
                               std::span<const std::uint8_t> raw) const {
-  ClientTile tile{id, etag, bounds_of(form, id), {}};
+  ClientTile tile{id, etag, tile_bounds_m(form, id), {}};
   if (raw.empty()) return tile;
   const RawHeader header = parse_raw_tile(raw);
   if (header.level != form.level || header.tx != id.tx || header.ty != id.ty || header.layers != form.layers.size() ||
@@ -281,31 +303,28 @@ ClientRoute MapClient::route(Place from, Place to) {
 
 ClientEvents MapClient::events(std::uint64_t since) {
   const HttpAnswer answer = http_.get(base_ + "/events?since=" + std::to_string(since));
-  if (answer.status == 204) return {since, false};
+  if (answer.status == 204) return {};
   const Json json = json_of(answer);
   const Json& reset = member(json, "reset");
   if (!reset.is_boolean()) bad("\"reset\" is neither true nor false");
-  return {revision_member(json), reset.get<bool>()};
+  ClientEvents out{revision_member(json), reset.get<bool>(), {}};
+  for (const Json& event : array_member(json, "events")) note_tiles(event, out);
+  return out;
 }
 
 void MapClient::listen(std::uint64_t since, const std::function<bool(const ClientEvents&)>& heard) {
   EventStreamReader reader(kMostEvent_bytes);
-  http_.stream(
-      base_ + "/events", {{"last-event-id", std::to_string(since)}}, "text/event-stream", [&](std::string_view piece) {
-        reader.feed(piece);
-        bool any = false;
-        while (const auto event = reader.next()) {
-          any = true;
-          const bool reset = event->name == "reset";
-          if (!reset && event->name != "tiles") continue;
-          const Json json =
-              parse_json(std::span(reinterpret_cast<const std::uint8_t*>(event->data.data()), event->data.size()));
-          const std::uint64_t revision = json.is_object() && json.contains("revision") ? revision_member(json) : 0;
-          if (revision == 0 && !reset) bad("an event without a revision");
-          if (!heard({revision, reset})) return false;
-        }
-        return any || heard({});
-      });
+  http_.stream(base_ + "/events", {{"last-event-id", std::to_string(since)}}, "text/event-stream",
+               [&](std::string_view piece) {
+                 reader.feed(piece);
+                 bool any = false;
+                 for (auto event = reader.next(); event; event = reader.next()) {
+                   if (event->name != "tiles" && event->name != "reset") continue;
+                   any = true;
+                   if (!heard(events_of(*event))) return false;
+                 }
+                 return any || heard({});
+               });
 }
 
 std::vector<std::string> map_names(const ClientOptions& options) {

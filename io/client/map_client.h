@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/lattice/tiles.h"
@@ -45,6 +46,7 @@ struct TileForm {
 };
 // What a tile of the form has in bytes of values.
 std::size_t tile_bytes(const TileForm& form);
+BoxM tile_bounds_m(const TileForm& form, TileId id);
 
 // Immutable.
 struct ClientTile {
@@ -91,8 +93,9 @@ struct ClientRoute {
   std::uint64_t settled = 0;
 };
 struct ClientEvents {
-  std::uint64_t revision = 0;
-  bool reset = false;  // what has changed is not known: ask for a diff
+  std::uint64_t revision = 0;                 // 0: nothing has happened, the server is there
+  bool reset = false;                         // what has changed is not known: ask for a diff
+  std::vector<std::pair<int, TileId>> tiles;  // level and tile that have changed, come or gone
 };
 
 // One thread at a time; stop() from any.
@@ -102,7 +105,6 @@ class MapClient {
   MapClient(ClientOptions options, std::string map);
 
   MapDescription description();
-  // Precondition of TileForm: the description's level, and its cell_m.
   // Nothing when `etag` is that of the tile still.
   std::optional<ClientTile> tile(const TileForm& form, TileId id, const std::string& etag = {});
   // What to fetch and to forget of the tiles that meet the disc, for one who has these validators.
@@ -120,7 +122,7 @@ class MapClient {
   // What has happened since a revision; its number when nothing has.
   ClientEvents events(std::uint64_t since);
   // The same as a stream: calls `heard` when it has begun, at every event and every comment, until that returns false;
-  // returns when the server ends it. 0 is no event.
+  // returns when the server ends it.
   void listen(std::uint64_t since, const std::function<bool(const ClientEvents&)>& heard);
 
   void stop() { http_.stop(); }

@@ -127,7 +127,7 @@ std::string band_texts(const std::vector<const RasterLayer*>& layers) {
 
 // Edges of tiles are multiples of 16.
 std::size_t tile_edge(const Window& whole) {
-  return std::min<std::size_t>(GeoTiffFile::kStripeRows, (std::max(whole.rows, whole.cols) + 15) / 16 * 16);
+  return std::min<std::size_t>(GeoTiffFile::kTileEdge, (std::max(whole.rows, whole.cols) + 15) / 16 * 16);
 }
 
 void set(TIFF* tiff, const Target& target, std::uint32_t tag, auto... values) {
@@ -164,17 +164,18 @@ void describe(TIFF* tiff, const Target& target, const Window& whole, const std::
   put(kGdalMetadata, texts.c_str());
 }
 
-void put_rows(TIFF* tiff, const Target& target, std::size_t first_row, std::size_t edge, const Window& rows) {
+void put_part(TIFF* tiff, const Target& target, std::size_t first_row, std::size_t first_col, std::size_t edge,
+              const Window& part) {
   std::vector<float> tile(edge * edge);
-  for (std::size_t layer = 0; layer < rows.values.size(); ++layer)
-    for (std::size_t row0 = 0; row0 < rows.rows; row0 += edge)
-      for (std::size_t col0 = 0; col0 < rows.cols; col0 += edge) {
-        const std::size_t n = std::min(edge, rows.cols - col0);
+  for (std::size_t layer = 0; layer < part.values.size(); ++layer)
+    for (std::size_t row0 = 0; row0 < part.rows; row0 += edge)
+      for (std::size_t col0 = 0; col0 < part.cols; col0 += edge) {
+        const std::size_t n = std::min(edge, part.cols - col0);
         std::fill(tile.begin(), tile.end(), std::numeric_limits<float>::quiet_NaN());
-        for (std::size_t row = row0; row < std::min(row0 + edge, rows.rows); ++row)
-          std::copy_n(rows.values[layer].begin() + static_cast<std::ptrdiff_t>(row * rows.cols + col0), n,
+        for (std::size_t row = row0; row < std::min(row0 + edge, part.rows); ++row)
+          std::copy_n(part.values[layer].begin() + static_cast<std::ptrdiff_t>(row * part.cols + col0), n,
                       tile.begin() + static_cast<std::ptrdiff_t>((row - row0) * edge));
-        if (TIFFWriteTile(tiff, tile.data(), static_cast<std::uint32_t>(col0),
+        if (TIFFWriteTile(tiff, tile.data(), static_cast<std::uint32_t>(first_col + col0),
                           static_cast<std::uint32_t>(first_row + row0), 0, static_cast<std::uint16_t>(layer)) < 0)
           fail(target);
       }
@@ -192,32 +193,30 @@ std::vector<std::uint8_t> geotiff(const Window& window, const std::string& crs_w
   MemoryTarget target;
   Handle tiff = open(target, false);  // windows are bounded far below 4 GiB
   describe(tiff.get(), target, window, crs_wkt);
-  put_rows(tiff.get(), target, 0, tile_edge(window), window);
+  put_part(tiff.get(), target, 0, 0, tile_edge(window), window);
   finish(tiff, target);
   return std::move(target.bytes);
 }
 
 struct GeoTiffFile::State {
-  explicit State(const std::filesystem::path& path) : target(path) {}
+  State(const std::filesystem::path& path, std::size_t tile) : target(path), edge(tile) {}
   FileTarget target;
   Handle tiff;
-  std::size_t row = 0, edge = 0;
+  std::size_t edge;
 };
 
-GeoTiffFile::GeoTiffFile(const std::filesystem::path& path, const Window& whole, const std::string& crs_wkt)
-    : state_(std::make_unique<State>(path)) {
+GeoTiffFile::GeoTiffFile(const std::filesystem::path& path, const Window& outline, const std::string& crs_wkt)
+    : state_(std::make_unique<State>(path, tile_edge(outline))) {
   constexpr double kMostClassic_bytes = 3.5e9;
-  const double bytes = 4.0 * static_cast<double>(whole.rows) * static_cast<double>(whole.cols) *
-                       static_cast<double>(whole.layers.size());
+  const double bytes = 4.0 * static_cast<double>(outline.rows) * static_cast<double>(outline.cols) *
+                       static_cast<double>(outline.layers.size());
   state_->tiff = open(state_->target, bytes > kMostClassic_bytes);
-  state_->edge = tile_edge(whole);
-  describe(state_->tiff.get(), state_->target, whole, crs_wkt);
+  describe(state_->tiff.get(), state_->target, outline, crs_wkt);
 }
 GeoTiffFile::~GeoTiffFile() = default;
 
-void GeoTiffFile::put(const Window& stripe) {
-  put_rows(state_->tiff.get(), state_->target, state_->row, state_->edge, stripe);
-  state_->row += stripe.rows;
+void GeoTiffFile::put(std::size_t row0, std::size_t col0, const Window& part) {
+  put_part(state_->tiff.get(), state_->target, row0, col0, state_->edge, part);
 }
 
 void GeoTiffFile::commit() {

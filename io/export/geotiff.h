@@ -18,20 +18,20 @@ namespace btms {
 // Throws Error(kFailed), like all of it; what describe_crs() throws.
 std::vector<std::uint8_t> geotiff(const Window& window, const std::string& crs_wkt);
 
-// A GeoTIFF that is larger than memory, in stripes from north to south. BigTIFF where it might pass 4 GiB.
+// A GeoTIFF that need not fit into memory. BigTIFF where it might pass 4 GiB.
 class GeoTiffFile {
  public:
-  // Rows and columns are of the whole file, as corner and edge of its squares are; its values are ignored.
-  GeoTiffFile(const std::filesystem::path& path, const Window& whole, const std::string& crs_wkt);
+  // Extent, squares and layers are those of `outline`, whose values are ignored.
+  GeoTiffFile(const std::filesystem::path& path, const Window& outline, const std::string& crs_wkt);
   ~GeoTiffFile();
   GeoTiffFile(const GeoTiffFile&) = delete;
   GeoTiffFile& operator=(const GeoTiffFile&) = delete;
 
-  // All stripes but the last have so many rows.
-  static constexpr std::size_t kStripeRows = 256;
-  // The next one, of all layers. Precondition: its columns are the file's.
-  void put(const Window& stripe);
-  // Nothing has the file's name before.
+  static constexpr std::size_t kTileEdge = 256;
+  // All layers of a part, once. Rows count from the north. Precondition: row0 and col0 are multiples of kTileEdge, and
+  // so are the part's rows and columns, but for the last.
+  void put(std::size_t row0, std::size_t col0, const Window& part);
+  // The file has its name, and is on disk.
   void commit();
 
  private:

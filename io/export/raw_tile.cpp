@@ -1,5 +1,6 @@
 #include "io/export/raw_tile.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -13,7 +14,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "raw tiles are little-endian");
 
 constexpr char kMagic[] = {'B', 'T', 'M', 'S', 'T', 'I', 'L', 'E'};
-constexpr std::uint16_t kVersion = 1, kFloat32 = 1;
+constexpr std::uint16_t kVersion = 1, kFloat32 = 1, kFloat32Chunk = 2, kByteChunk = 3;
 
 // The header as it lies in the file.
 struct Stored {
@@ -51,6 +52,25 @@ std::vector<std::uint8_t> raw_tile(const Window& window, TileId id) {
   header.cell_m = window.cell_m;
   header.xxh3 = xxh3_64(std::span(bytes).subspan(kRawHeader_bytes));
   std::memcpy(bytes.data(), &header, sizeof header);
+  return bytes;
+}
+
+std::vector<std::uint8_t> chunk_tile(const StoredRaster& raster, TileId id, double cell_m) {
+  Stored header;
+  std::memcpy(header.magic, kMagic, sizeof kMagic);
+  header.layers = 1;
+  header.type = raster.element_bytes == 1 ? kByteChunk : kFloat32Chunk;
+  header.tx = id.tx;
+  header.ty = id.ty;
+  header.rows = static_cast<std::uint32_t>(raster.box.rows());
+  header.cols = static_cast<std::uint32_t>(raster.box.cols());
+  header.min_x_m = raster.box.col0 * cell_m;
+  header.min_y_m = raster.box.row0 * cell_m;
+  header.cell_m = cell_m;
+  header.xxh3 = xxh3_64(raster.bytes);
+  std::vector<std::uint8_t> bytes(sizeof header + raster.bytes.size());
+  std::memcpy(bytes.data(), &header, sizeof header);
+  std::copy(raster.bytes.begin(), raster.bytes.end(), bytes.begin() + sizeof header);
   return bytes;
 }
 

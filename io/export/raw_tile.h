@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/export/raster.h"
+#include "io/store/map_store.h"
 
 namespace btms {
 
@@ -21,6 +22,9 @@ struct RawHeader {
 };
 
 std::vector<std::uint8_t> raw_tile(const Window& window, TileId id);
+// The chunk form: the same header (type 2: float32, 3: u8; rows, columns and corner of what is stored, one layer), then
+// the stored bytes. `cell_m`: edge of a square.
+std::vector<std::uint8_t> chunk_tile(const StoredRaster& raster, TileId id, double cell_m);
 // Throws Error(kBadInput) for anything that is not a raw tile of just these lengths, Error(kVerification) when the hash
 // is another.
 RawHeader parse_raw_tile(std::span<const std::uint8_t> bytes);

@@ -60,13 +60,13 @@ std::vector<std::uint8_t> read_file(const std::filesystem::path& file, std::uint
   return read_range(file, fd, 0, size, missing_is);
 }
 
-std::vector<std::uint8_t> read_file_end(const std::filesystem::path& file, std::uint64_t file_bytes, std::uint64_t n,
-                                        ErrorCode missing_is) {
+std::vector<std::uint8_t> read_file_part(const std::filesystem::path& file, std::uint64_t file_bytes,
+                                         std::uint64_t offset, std::uint64_t n, ErrorCode missing_is) {
   const auto [fd, size] = open_regular(file, missing_is);
   if (size != file_bytes)
     throw Error(missing_is, "file has " + std::to_string(size) + " bytes, expected " + std::to_string(file_bytes),
                 file.string());
-  return read_range(file, fd, file_bytes - n, n, missing_is);
+  return read_range(file, fd, offset, n, missing_is);
 }
 
 }  // namespace btms

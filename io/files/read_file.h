@@ -1,4 +1,4 @@
-// A small file as a whole, or its end.
+// A small file as a whole, or a part of one.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@ namespace btms {
 // allocating), Error(kFailed) when the system can't read it. Never blocks on a FIFO.
 std::vector<std::uint8_t> read_file(const std::filesystem::path& file, std::uint64_t limit_bytes, ErrorCode missing_is);
 
-// Its last `n` bytes. Throws as read_file(), Error(missing_is) also when the file has not just `file_bytes`.
-// Precondition: n <= file_bytes.
-std::vector<std::uint8_t> read_file_end(const std::filesystem::path& file, std::uint64_t file_bytes, std::uint64_t n,
-                                        ErrorCode missing_is);
+// Some of its bytes. Throws as read_file(), Error(missing_is) also when the file has not just `file_bytes`.
+// Precondition: offset + n <= file_bytes.
+std::vector<std::uint8_t> read_file_part(const std::filesystem::path& file, std::uint64_t file_bytes,
+                                         std::uint64_t offset, std::uint64_t n, ErrorCode missing_is);
 
 }  // namespace btms

@@ -72,6 +72,13 @@ std::uint32_t fletcher32(std::span<const std::uint8_t> bytes) {
   return fold(sum2) << 16 | fold(sum1);
 }
 
+bool has_checksum(std::span<const std::uint8_t> stored) {
+  if (stored.size() <= kChecksum_bytes) return false;
+  std::uint32_t sum = 0;
+  std::memcpy(&sum, stored.data() + stored.size() - kChecksum_bytes, sizeof sum);
+  return sum == fletcher32(stored.first(stored.size() - kChecksum_bytes));
+}
+
 ChunkEncoder::ChunkEncoder() : stream_(std::make_unique<isal_zstream>()), work_(kCompressor_bytes) {}
 ChunkEncoder::~ChunkEncoder() = default;
 
@@ -108,11 +115,8 @@ ChunkDecoder::~ChunkDecoder() = default;
 
 bool ChunkDecoder::decode(std::span<const std::uint8_t> stored, std::size_t element_bytes,
                           std::span<std::uint8_t> values) {
-  if (stored.size() <= kChecksum_bytes) return false;
+  if (!has_checksum(stored)) return false;
   const auto stream = stored.first(stored.size() - kChecksum_bytes);
-  std::uint32_t sum = 0;
-  std::memcpy(&sum, stream.data() + stream.size(), sizeof sum);
-  if (sum != fletcher32(stream)) return false;
   std::uint8_t* target = values.data();
   if (element_bytes > 1) {
     shuffled_.resize(values.size());

@@ -18,6 +18,9 @@ inline constexpr int kDeflateLevel = 1;  // higher levels of ISA-L buy nothing h
 // HDF5's variant of Fletcher-32 (16-bit big-endian words).
 std::uint32_t fletcher32(std::span<const std::uint8_t> bytes);
 
+// Whether the bytes end with their own Fletcher-32, as those of a stored chunk do.
+bool has_checksum(std::span<const std::uint8_t> stored);
+
 // Holds the compressor's state; use one per thread at a time. Bytes depend on the version of ISA-L, values don't.
 class ChunkEncoder {
  public:

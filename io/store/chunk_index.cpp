@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "io/files/read_file.h"
+#include "io/store/chunk_codec.h"
 #include "io/store/chunk_grid.h"
 #include "io/store/hash.h"
 
@@ -46,6 +47,34 @@ std::size_t chunk_count(const LayerInfo& layer, const CellBox& box, std::size_t 
   return chunks_across(shape.rows, chunk.rows) * chunks_across(shape.cols, chunk.cols);
 }
 
+// The end of a file, from its overview on, or from its places.
+struct Tail {
+  IndexEnd end;
+  std::vector<std::uint8_t> bytes;
+};
+
+std::optional<Tail> read_tail(const IndexedFile& file, bool with_places) {
+  constexpr std::uint64_t kGuess_bytes = 8192;  // enough for most shards
+  const auto last = [&](std::uint64_t n) {
+    return read_file_part(file.path, file.bytes, file.bytes - n, n, ErrorCode::kVerification);
+  };
+  std::vector<std::uint8_t> bytes = last(std::min(kGuess_bytes, file.bytes));
+  const auto end = end_of(bytes);
+  if (!end) return {};
+  if (end->values_xxh3 != file.values_xxh3) damaged_shard("its index is of other values than the manifest's");
+  std::uint64_t wanted = sizeof(IndexEnd), left = file.bytes - wanted;
+  const auto add = [&](std::uint64_t n, std::uint64_t each) {
+    if (n > left / each) damaged_shard("its index is longer than the file");
+    wanted += n * each;
+    left -= n * each;
+  };
+  add(end->overview_bytes, 1);
+  if (with_places) add(end->chunks, sizeof(ChunkPlace));
+  if (wanted > bytes.size()) bytes = last(wanted);
+  bytes.erase(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(wanted));
+  return Tail{*end, std::move(bytes)};
+}
+
 }  // namespace
 
 void append_chunk_index(std::vector<std::uint8_t>& file, std::size_t upper, std::span<const ChunkPlace> places,
@@ -66,29 +95,42 @@ std::span<const std::uint8_t> overview_in(std::span<const std::uint8_t> file) {
   return xxh3_64(overview) == end->overview_xxh3 ? overview : std::span<const std::uint8_t>();
 }
 
-std::optional<std::vector<std::uint8_t>> read_overview(const std::filesystem::path& path, std::uint64_t file_bytes,
-                                                       std::uint64_t values_xxh3) {
-  constexpr std::uint64_t kGuess_bytes = 8192;  // end and overview of most shards
-  const auto last = [&](std::uint64_t n) { return read_file_end(path, file_bytes, n, ErrorCode::kVerification); };
-  std::vector<std::uint8_t> tail = last(std::min(kGuess_bytes, file_bytes));
-  const auto end = end_of(tail);
-  if (!end) return {};
-  if (end->values_xxh3 != values_xxh3) damaged_shard("its index is of other values than the manifest's");
-  if (end->overview_bytes > file_bytes - sizeof(IndexEnd)) damaged_shard("its overview is longer than the file");
-  if (end->overview_bytes + sizeof(IndexEnd) > tail.size()) tail = last(end->overview_bytes + sizeof(IndexEnd));
-  tail.resize(tail.size() - sizeof(IndexEnd));
-  tail.erase(tail.begin(), tail.end() - static_cast<std::ptrdiff_t>(end->overview_bytes));
-  if (xxh3_64(tail) != end->overview_xxh3) damaged_shard("its overview is damaged");
-  return tail;
+std::optional<std::vector<std::uint8_t>> read_overview(const IndexedFile& file) {
+  std::optional<Tail> tail = read_tail(file, false);
+  if (!tail) return {};
+  tail->bytes.resize(tail->bytes.size() - sizeof(IndexEnd));
+  if (xxh3_64(tail->bytes) != tail->end.overview_xxh3) damaged_shard("its overview is damaged");
+  return std::move(tail->bytes);
+}
+
+std::optional<std::vector<std::uint8_t>> read_chunk(const IndexedFile& file, const CellBox& box, const LayerInfo& layer,
+                                                    std::size_t row0, std::size_t col0) {
+  const std::optional<Tail> tail = read_tail(file, true);
+  if (!tail) return {};
+  const auto index = IndexedChunks::of_tail(tail->bytes, file.bytes, box);
+  if (!index) damaged_shard("its index of chunks is damaged");
+  const ChunkPlace at = index->place(layer, row0, col0);
+  std::vector<std::uint8_t> stored =
+      read_file_part(file.path, file.bytes, at.offset, at.bytes, ErrorCode::kVerification);
+  if (!stored.empty() && !has_checksum(stored))
+    damaged_shard("a chunk of layer " + dataset_name(layer) + " is damaged");
+  return stored;
 }
 
 std::optional<IndexedChunks> IndexedChunks::of(std::span<const std::uint8_t> file, const CellBox& box) {
-  const auto found = end_of(file);
-  if (!found || found->upper > most_upper(box) || found->overview_bytes > file.size() - sizeof(IndexEnd)) return {};
-  const IndexEnd& end = *found;
-  const std::size_t end_at = file.size() - sizeof end - end.overview_bytes;
+  auto index = of_tail(file, file.size(), box);
+  if (index) index->file_ = file;
+  return index;
+}
 
-  IndexedChunks index(file, box);
+std::optional<IndexedChunks> IndexedChunks::of_tail(std::span<const std::uint8_t> tail, std::uint64_t file_bytes,
+                                                    const CellBox& box) {
+  const auto found = end_of(tail);
+  if (!found || found->upper > most_upper(box) || found->overview_bytes > tail.size() - sizeof(IndexEnd)) return {};
+  const IndexEnd& end = *found;
+  const std::size_t end_at = tail.size() - sizeof end - end.overview_bytes;
+
+  IndexedChunks index({}, box);
   index.upper_ = end.upper;
   std::size_t chunks = 0;
   for (const LayerInfo& layer : layer_table()) {
@@ -97,11 +139,12 @@ std::optional<IndexedChunks> IndexedChunks::of(std::span<const std::uint8_t> fil
   }
   // The box is only the manifest's claim: how many there are is compared before memory is taken for them.
   if (end.chunks != chunks || chunks > end_at / sizeof(ChunkPlace)) return {};
-  const std::size_t begin = end_at - chunks * sizeof(ChunkPlace);
-  const std::span stored = file.subspan(begin, chunks * sizeof(ChunkPlace));
+  const std::size_t begin_at = end_at - chunks * sizeof(ChunkPlace);
+  const std::span stored = tail.subspan(begin_at, chunks * sizeof(ChunkPlace));
   if (xxh3_64(stored) != end.places_xxh3) return {};
   index.places_.resize(chunks);
   std::memcpy(index.places_.data(), stored.data(), stored.size());
+  const std::uint64_t begin = file_bytes - tail.size() + begin_at;
   const auto beyond = [begin](const ChunkPlace& p) { return p.offset > begin || p.bytes > begin - p.offset; };
   if (std::any_of(index.places_.begin(), index.places_.end(), beyond)) return {};
   return index;

@@ -17,11 +17,17 @@ namespace btms {
 void append_chunk_index(std::vector<std::uint8_t>& file, std::size_t upper, std::span<const ChunkPlace> places,
                         std::span<const std::uint8_t> overview, std::uint64_t values_xxh3);
 
-// The overview of a file whose values are these, from its last bytes alone; nothing when it has none. Throws
-// Error(kVerification) when the file is not as long as it should be, or the overview is damaged.
-std::optional<std::vector<std::uint8_t>> read_overview(const std::filesystem::path& file, std::uint64_t file_bytes,
-                                                       std::uint64_t values_xxh3);
-// The same of a whole file; empty when it has no sound index.
+// What a file of just these bytes and values has, read by itself; nothing when it has no index. Throw
+// Error(kVerification) when it is another file, or what was read is damaged.
+struct IndexedFile {
+  std::filesystem::path path;
+  std::uint64_t bytes = 0, values_xxh3 = 0;
+};
+std::optional<std::vector<std::uint8_t>> read_overview(const IndexedFile& file);
+// A chunk as stored; empty where none was written. `box` is the shard's.
+std::optional<std::vector<std::uint8_t>> read_chunk(const IndexedFile& file, const CellBox& box, const LayerInfo& layer,
+                                                    std::size_t row0, std::size_t col0);
+// The overview of a whole file; empty when it has no sound index.
 std::span<const std::uint8_t> overview_in(std::span<const std::uint8_t> file);
 
 // Looks into the bytes it was made of. Not for several threads at a time.
@@ -35,7 +41,12 @@ class IndexedChunks final : public StoredChunks {
   ChunkPlace place(const LayerInfo& layer, std::size_t row0, std::size_t col0) const;
 
  private:
+  friend std::optional<std::vector<std::uint8_t>> read_chunk(const IndexedFile&, const CellBox&, const LayerInfo&,
+                                                             std::size_t, std::size_t);
   IndexedChunks(std::span<const std::uint8_t> file, const CellBox& box) : file_(file), box_(box) {}
+  // Of the last bytes of a file alone: chunk() finds nothing then.
+  static std::optional<IndexedChunks> of_tail(std::span<const std::uint8_t> tail, std::uint64_t file_bytes,
+                                              const CellBox& box);
   std::span<const std::uint8_t> file_;
   CellBox box_;
   std::size_t upper_ = 0;

@@ -73,9 +73,25 @@ class FolderReader final : public MapReader {
   std::optional<ShardOverview> overview(const ShardEntry& shard) const override {
     if (!trusted_) return {};
     return guarded(shard, shard.tiles.front().id, [&]() -> std::optional<ShardOverview> {
-      const auto stored = read_overview(folder_ / kShardFolder / shard.file, shard.bytes, shard.values_xxh3);
+      const auto stored = read_overview(file_of(shard));
       if (!stored) return {};
       return ShardOverview(shard.bounds(), *stored);
+    });
+  }
+
+  std::optional<StoredRaster> stored_raster(TileId id, std::string_view name) const override {
+    const auto it = where_.find(id);
+    if (!trusted_ || it == where_.end()) return {};
+    const ShardEntry& shard = manifest_.shards[it->second.shard];
+    const CellBox box = shard.bounds();
+    const auto table = layer_table();
+    const auto layer =
+        std::find_if(table.begin(), table.end(), [&](const LayerInfo& l) { return !l.in_tgf && l.name == name; });
+    if (shard.tiles.size() != 1 || layer_shape(*layer, box, 0) != chunk_shape(*layer, box, 0)) return {};
+    return guarded(shard, id, [&]() -> std::optional<StoredRaster> {
+      auto stored = read_chunk(file_of(shard), box, *layer, 0, 0);
+      if (!stored) return {};
+      return StoredRaster{box, element_bytes(layer->element), std::move(*stored)};
     });
   }
 
@@ -104,6 +120,10 @@ class FolderReader final : public MapReader {
     std::size_t shard;
     CellBox box;
   };
+
+  IndexedFile file_of(const ShardEntry& shard) const {
+    return {folder_ / kShardFolder / shard.file, shard.bytes, shard.values_xxh3};
+  }
 
   StoredShard stored(const ShardEntry& shard, std::span<const std::uint8_t> bytes) const {
     return {bytes, layout().lattice.resolution_mm(), shard.bounds()};

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/model/tile_store.h"
@@ -96,6 +97,14 @@ TileId shard_of(const MapLayout& layout, TileId tile);
 // accidents, not authors.
 enum class Trust : std::uint8_t { kTrusted, kUntrusted };
 
+// A raster as it is stored: the bytes of one chunk of HDF5, deflated (zlib) of shuffled elements, then 4 bytes
+// Fletcher-32. Rows from north to south.
+struct StoredRaster {
+  CellBox box;                      // that it covers
+  std::size_t element_bytes = 0;    // 4: float32; 1: class, 255 where there is nothing
+  std::vector<std::uint8_t> bytes;  // none: nothing anywhere
+};
+
 // An opened revision; immutable, thread-safe. load() reads, checks the hash and decodes; callers cache.
 class MapReader : public TileSource {
  public:
@@ -112,6 +121,10 @@ class MapReader : public TileSource {
   // What one of them shows from afar; nothing of one that an older program wrote, or of an untrusted map: load() its
   // tiles. Throws Error(kVerification) when the file or its overview is damaged.
   virtual std::optional<ShardOverview> overview(const ShardEntry& shard) const = 0;
+  // A layer of the root over a tile, without decoding it; nothing where the tile is not a shard of its own with one
+  // chunk a layer (tiles of up to 128 squares are, from 64 on), or as of overview(). The same errors. Precondition: the
+  // layer is one of raster_layers().
+  virtual std::optional<StoredRaster> stored_raster(TileId id, std::string_view layer) const = 0;
 };
 
 }  // namespace btms

@@ -14,7 +14,7 @@ class ServedCity : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TempFolder>();
     run_json({"synth", "--points", "300000", "-o", *folder_ / "truth"});
-    run_json({"build", *folder_ / "truth", "-o", map_path(), "--tile-cells", "64", "--updatable"});
+    run_json({"build", *folder_ / "truth", "-o", map_path(), "--tile-cells", "2", "--crs", "EPSG:32632", "--updatable"});
   }
   static void TearDownTestSuite() { folder_.reset(); }
   static std::string map_path() { return *folder_ / "city.btms"; }

@@ -165,16 +165,6 @@ int run_trial(int points, double density, int slow, int idle, std::uint64_t head
     demand(server.end() == 0, "the server did not end well");
   }
   Served server(map);
-  const double quiet_ms = slowest_health_ms(server, 200);
-  double slow_ms = 0;
-  {
-    const auto clients = halves(server, slow);
-    slow_ms = slowest_health_ms(server, 200);
-  }
-  const std::uint64_t before_header = server.resident_bytes(), taken = endless_header(server, header_bytes);
-  demand(taken < header_bytes, "a header of " + std::to_string(header_bytes) + " bytes was read");
-  const std::uint64_t grown = server.resident_bytes() - std::min(before_header, server.resident_bytes());
-
   // Connections that have been answered and stay.
   const std::uint64_t before = server.resident_bytes();
   std::vector<std::unique_ptr<SocketClient>> idlers;
@@ -186,6 +176,16 @@ int run_trial(int points, double density, int slow, int idle, std::uint64_t head
   const double connection_KiB =
       (static_cast<double>(server.resident_bytes()) - static_cast<double>(before)) / 1024 / idle;
   idlers.clear();
+  const double quiet_ms = slowest_health_ms(server, 200);
+  double slow_ms = 0;
+  {
+    const auto clients = halves(server, slow);
+    slow_ms = slowest_health_ms(server, 200);
+  }
+  const std::uint64_t before_header = server.resident_bytes(), taken = endless_header(server, header_bytes);
+  demand(taken < header_bytes, "a header of " + std::to_string(header_bytes) + " bytes was read");
+  const std::uint64_t grown = server.resident_bytes() - std::min(before_header, server.resident_bytes());
+
   const double event = event_ms(server, map, "city", folder);
   demand(server.end() == 0, "the server did not end well");
 

@@ -104,17 +104,21 @@ TEST(GeoTiff, KeepsEveryBit) {
   EXPECT_EQ(geotiff(window_of(3), "EPSG:25832"), geotiff(window_of(3), "EPSG:25832"));
 }
 
-// The same in stripes, to disk.
-TEST(GeoTiff, OfStripesIsThatOfTheWhole) {
+// The same in parts, to disk.
+TEST(GeoTiff, OfPartsIsThatOfTheWhole) {
   const TemporaryFolder folder;
   const RasterLayer* layers[] = {&raster_layers()[0], &raster_layers()[3]};
   const MemoryMap map = test::rolling_map(3);
-  const auto rows = static_cast<std::int32_t>(GeoTiffFile::kStripeRows);
-  const CellBox box{-10, -2 * rows - 5, 300, 48};
+  constexpr std::int32_t kEdge = GeoTiffFile::kTileEdge;
+  const CellBox box{-10, -2 * kEdge - 5, 300, 48};
   const Window whole = cut_window(map, 0, box, layers);
   GeoTiffFile file(folder / "s.tif", whole, "EPSG:25832");
-  for (std::int32_t row1 = box.row1; row1 > box.row0; row1 -= rows)
-    file.put(cut_window(map, 0, {box.col0, std::max(box.row0, row1 - rows), box.col1, row1}, layers));
+  for (std::int32_t col0 = box.col0; col0 < box.col1; col0 += kEdge)
+    for (std::int32_t row1 = box.row1; row1 > box.row0; row1 -= kEdge) {
+      const CellBox part{col0, std::max(box.row0, row1 - kEdge), std::min(box.col1, col0 + kEdge), row1};
+      file.put(static_cast<std::size_t>(box.row1 - row1), static_cast<std::size_t>(col0 - box.col0),
+               cut_window(map, 0, part, layers));
+    }
   EXPECT_FALSE(fs::exists(folder / "s.tif"));
   file.commit();
   EXPECT_EQ(libtiff_reads(folder / "s.tif"), bytes_of(whole));
