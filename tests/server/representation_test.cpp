@@ -52,8 +52,8 @@ class Representations : public ServedCity {
 };
 
 TEST_F(Representations, CompressedForThoseWhoTakeIt) {
-  for (const std::string target : {kTile, kTile + "?f=json", kTile + "?f=npy&layers=slope,class",
-                                   std::string("/v1/maps/city"), std::string("/openapi.json")}) {
+  for (const std::string& target :
+       {kTile, kTile + "?f=json", kTile + "?f=npy&layers=slope,class", std::string("/openapi.json")}) {
     const Response plain = ask(target);
     EXPECT_EQ(header(plain, "Content-Encoding"), "");
     EXPECT_EQ(header(plain, "Vary"), "Accept-Encoding") << target;
@@ -76,7 +76,7 @@ TEST_F(Representations, LeftAsItIsWhereItDoesNotPayOrIsNotTaken) {
     EXPECT_EQ(header(ask(kTile, {{"accept-encoding", said}}), "Content-Encoding"), "") << said;
   for (const char* said : {"gzip", "x-gzip", "*", "br;q=1.0, gzip;q=0.001", "identity;q=0, gzip", "deflate,gzip"})
     EXPECT_EQ(header(ask(kTile, {{"accept-encoding", said}}), "Content-Encoding"), "gzip") << said;
-  for (const std::string target :
+  for (const std::string& target :
        {kTile + "?f=png", kTile + "?f=tif", std::string("/healthz"), std::string("/v1/maps/city/height?x=50&y=50")}) {
     const Response answer = ask(target, {{"accept-encoding", "gzip"}});
     EXPECT_EQ(answer.status, 200);
@@ -162,7 +162,8 @@ TEST_F(Representations, CompressedOnceAndNotWhileReadingRequests) {
 TEST_F(Representations, AnswersOutliveTheRevisionTheyWereMadeOf) {
   Service served(options());
   std::map<std::string, Body> before;
-  for (const auto& tile : json(served.answer(get("/v1/maps/city/tiles?level=0")))["tiles"]) {
+  const nlohmann::json old_list = json(served.answer(get("/v1/maps/city/tiles?level=0")));
+  for (const auto& tile : old_list["tiles"]) {
     const std::string target = "/v1/maps/city/tiles/" + tile["id"].get<std::string>();
     before[target + tile["etag"].get<std::string>()] = served.answer(get(target)).body;
   }
@@ -170,7 +171,8 @@ TEST_F(Representations, AnswersOutliveTheRevisionTheyWereMadeOf) {
   run_json({"build", folder() / "more", "-o", map_path(), "--update"});
   ASSERT_TRUE(served.refresh().empty());
   std::size_t same = 0, other = 0;
-  for (const auto& tile : json(served.answer(get("/v1/maps/city/tiles?level=0")))["tiles"]) {
+  const nlohmann::json list = json(served.answer(get("/v1/maps/city/tiles?level=0")));
+  for (const auto& tile : list["tiles"]) {
     const std::string target = "/v1/maps/city/tiles/" + tile["id"].get<std::string>();
     const auto kept = before.find(target + tile["etag"].get<std::string>());
     if (kept == before.end()) {
