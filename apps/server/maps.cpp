@@ -13,8 +13,9 @@ Response list_maps(const Call& call) {
 
 Response describe_map(const Call& call) {
   Response response;
-  const std::string etag =
-      "\"" + call.revision->reader->info().digest.hex() + "-" + std::to_string(call.revision->number()) + "\"";
+  std::string etag = "\"";
+  etag.append(call.revision->reader->info().digest.hex()).append("-");
+  etag.append(std::to_string(call.revision->number())).append("\"");
   const auto held = held_validator(call.request, etag);
   response.set("ETag", held.value_or(etag));
   response.set("Cache-Control", "no-cache");

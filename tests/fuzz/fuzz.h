@@ -82,5 +82,7 @@ void chunk(Bytes);
 void layers(Bytes);
 void journal(Bytes);
 void rounds(Bytes);
+// requests.cpp
+void requests(Bytes);
 
 }  // namespace btms::fuzz

@@ -1,9 +1,11 @@
 // Writes the files that fuzzing starts from: FOLDER/TARGET/NAME, made by what makes the files of the tests.
 //   fuzz_seeds FOLDER
+#include <cctype>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 
+#include "apps/server/service.h"
 #include "engine/tiling/record.h"
 #include "io/store/chunk_codec.h"
 #include "io/store/hash.h"
@@ -173,6 +175,41 @@ void seed_store() {
   }
 }
 
+void seed_requests() {
+  for (const Endpoint& endpoint : endpoints()) {
+    std::string target = endpoint.pattern, name = std::string(endpoint.method) + target;
+    for (const auto& [from, to] : {std::pair{"{m}", "hills"}, std::pair{"{*}", "index.html"}})
+      if (const std::size_t at = target.find(from); at != target.npos) target.replace(at, 3, to);
+    for (std::size_t at; (at = target.find("{}")) != target.npos;) target.replace(at, 2, "0");
+    for (const Parameter& p : endpoint.parameters) {
+      const std::string given = p.name, type = p.type;
+      const std::string value = given == "bbox"     ? "3,4,20,30"
+                                : given == "coords" ? "LINESTRING(3%204,20%2030)"
+                                : given == "layers" ? "elevation,slope"
+                                                    : type.substr(0, type.find('|'));
+      target += (target.find('?') == target.npos ? "?" : "&") + given + "=" +
+                (type == "number" || type == "integer" ? "10"
+                 : value == "string"                   ? "elevation"
+                                                       : value);
+    }
+    for (char& c : name)
+      if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+    seed("requests", name,
+         endpoint.method + (" " + target) + "\nif-none-match:\"a\"\n\n" + (endpoint.body ? endpoint.body : ""));
+  }
+  const std::string tile = "GET /v1/maps/hills/tiles/0/0/0";
+  seed("requests", "gzip", tile + "\naccept-encoding:br, gzip;q=0.5\n\n");
+  seed("requests", "range", tile + "\nrange:bytes=5-\nif-range:\"xxh3:0\"\n\n");
+  const std::string edr = "GET /collections/hills/";
+  seed("requests", "point", edr + "position?coords=POINT(3%204)&parameter-name=elevation,slope\n\n");
+  seed("requests", "polygon", edr + "area?coords=POLYGON((3%204,20%204,20%2030,3%204))\n\n");
+  seed("requests", "line", edr + "trajectory?coords=LINESTRING(3%204,20%2030)&f=CoverageJSON\n\n");
+  seed("requests", "box", edr + "cube?bbox=3,4,20,30\n\n");
+  seed("requests", "since", std::string("GET /v1/maps/hills/events?since=0\nlast-event-id:1\n\n"));
+  seed("requests", "doubles",
+       "POST /v1/maps/hills/height?columns=2\ncontent-type:application/octet-stream\n\n" + std::string(16, '@'));
+}
+
 }  // namespace
 }  // namespace btms::test
 
@@ -189,4 +226,5 @@ int main(int count, char** arguments) {
   seed_texts();
   seed_labels();
   seed_store();
+  seed_requests();
 }
