@@ -180,7 +180,7 @@ void seed_requests() {
     std::string target = endpoint.pattern, name = std::string(endpoint.method) + target;
     for (const auto& [from, to] : {std::pair{"{m}", "hills"}, std::pair{"{*}", "index.html"}})
       if (const std::size_t at = target.find(from); at != target.npos) target.replace(at, 3, to);
-    for (std::size_t at; (at = target.find("{}")) != target.npos;) target.replace(at, 2, "0");
+    for (std::size_t at; (at = target.find("{}")) != target.npos; target.erase(at + 1, 1)) target[at] = '0';
     for (const Parameter& p : endpoint.parameters) {
       const std::string given = p.name, type = p.type;
       const std::string value = given == "bbox"     ? "3,4,20,30"
