@@ -10,6 +10,7 @@ find_package(nlohmann_json REQUIRED CONFIG)
 find_package(yaml-cpp REQUIRED CONFIG)
 find_package(Boost 1.74 REQUIRED)  # headers: Beast, Asio
 find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(TIFF REQUIRED)
 find_package(PROJ REQUIRED CONFIG)
 find_package(PkgConfig REQUIRED)

@@ -17,7 +17,7 @@ constexpr const char* kWindowTypes =
     "application/octet-stream application/x-npy application/zip image/png image/tiff application/json";
 
 constexpr Parameter kLayers{"layers", "string", "names of layers, separated by commas; elevation when not given"};
-constexpr Parameter kTileForm{"f", "raw|npy|png|tif|json", "form; raw when not given"};
+constexpr Parameter kTileForm{"f", "raw|npy|png|tif|json|chunk", "form; raw when not given"};
 constexpr Parameter kRes{"res", "number", "edge of a square in metres; the map's when not given"};
 constexpr Parameter kBox{"bbox", "string", "min x,min y,max x,max y in metres", true};
 constexpr Parameter kX{"x", "number", "metres of the map frame", true}, kY{"y", "number", "metres", true};

@@ -82,7 +82,8 @@ void chunk(Bytes);
 void layers(Bytes);
 void journal(Bytes);
 void rounds(Bytes);
-// requests.cpp
-void requests(Bytes);
+
+// request.cpp
+void request(Bytes);
 
 }  // namespace btms::fuzz

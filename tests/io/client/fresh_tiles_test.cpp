@@ -5,13 +5,13 @@
 
 #include <cmath>
 
-#include "apps/server/http_server.h"
 #include "engine/error.h"
 #include "io/export/raster.h"
 #include "io/store/open_terrain.h"
 #include "io/store/served_tiles.h"
 #include "tests/cli/program.h"
 #include "tests/io/client/fake_server.h"
+#include "tests/io/client/real_server.h"
 
 namespace btms::test {
 namespace {
@@ -19,29 +19,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 constexpr seconds kSoon{kSanitized ? 60 : 20};
-
-class RealServer {
- public:
-  explicit RealServer(const std::string& map, std::uint16_t port = 0)
-      : service_({.maps = {map}, .viewer = {}, .token = {}, .limits = {}}), http_(service_, {"127.0.0.1", port, 2}) {
-    thread_ = std::thread([this] { http_.run([](const std::string& wrong) { ADD_FAILURE() << wrong; }); });
-  }
-  ~RealServer() {
-    http_.stop();
-    thread_.join();
-  }
-  std::uint16_t port() const { return http_.port(); }
-  ClientOptions options() const {
-    ClientOptions options;
-    options.url = "http://127.0.0.1:" + std::to_string(port());
-    return options;
-  }
-
- private:
-  Service service_;
-  HttpServer http_;
-  std::thread thread_;
-};
 
 // Answers as the service does, but for what a test breaks.
 class BrokenServer {
@@ -310,7 +287,8 @@ TEST_F(FreshTilesOnAMap, ArriveOverABadLine) {
 TEST_F(FreshTilesOnAMap, AMapThatChangesMeanwhileIsReadAgain) {
   std::atomic<bool> once{true};
   BrokenServer* self = nullptr;
-  BrokenServer server(map_, [&](int, const std::string& target, FakeServer::Reply&) {
+  BrokenServer server(map_, [&](int, const std::string& target, FakeServer::Reply& reply) {
+    if (target.find("/events") != target.npos) reply.bytes = whole("503 Busy", "", "");  // tells nothing
     if (target.ends_with("/diff") && once.exchange(false)) {
       add_wall(100, 100);
       self->refresh();
@@ -320,6 +298,8 @@ TEST_F(FreshTilesOnAMap, AMapThatChangesMeanwhileIsReadAgain) {
   FreshTiles fresh(around(server.options()));
   fresh.move_to({120, 120});
   ASSERT_TRUE(fresh.wait_until_fresh(kSoon)) << fresh.freshness().wrong;
+  EXPECT_EQ(fresh.snapshot()->number, 1u);
+  EXPECT_EQ(fresh.snapshot()->revision, 2u);
   RealServer real(map_);
   expect_as_the_map(*fresh.snapshot(), real.options());
 }
