@@ -60,6 +60,25 @@ void check(const CellBox& box, int level, std::size_t layers) {
   check_size(static_cast<std::uint64_t>(box.rows()), static_cast<std::uint64_t>(box.cols()), layers);
 }
 
+// Layers of level 0 as they are stored; false where they are not.
+bool fill_from_layers(Window& window, const CellBox& box, const MapReader& map, TileId id) {
+  for (std::size_t l = 0; l < window.layers.size(); ++l) {
+    const std::optional<LayerValues> stored = map.layer_values(id, window.layers[l]->name);
+    if (!stored) return false;
+    const CellBox part = stored->box.intersect(box);
+    const auto from_cols = static_cast<std::size_t>(stored->box.cols()), n = static_cast<std::size_t>(part.cols());
+    for (std::int32_t row = part.row0; row < part.row1; ++row)
+      std::copy_n(stored->values.begin() +
+                      static_cast<std::ptrdiff_t>(static_cast<std::size_t>(stored->box.row1 - 1 - row) * from_cols +
+                                                  static_cast<std::size_t>(part.col0 - stored->box.col0)),
+                  n,
+                  window.values[l].begin() +
+                      static_cast<std::ptrdiff_t>(static_cast<std::size_t>(box.row1 - 1 - row) * window.cols +
+                                                  static_cast<std::size_t>(part.col0 - box.col0)));
+  }
+  return true;
+}
+
 Window level_window(const MapLayout& layout, int level, const CellBox& box,
                     std::span<const RasterLayer* const> layers) {
   check(box, level, layers.size());
@@ -92,8 +111,15 @@ Window cut_window(const TileSource& map, int level, const CellBox& box, std::spa
 
 Window cut_window(const MapReader& map, const TileSource& tiles, int level, const CellBox& box,
                   std::span<const RasterLayer* const> layers) {
-  if (level < kFirstOverview) return cut_window(tiles, level, box, layers);
+  if (level > 0 && level < kFirstOverview) return cut_window(tiles, level, box, layers);
   Window window = level_window(map.layout(), level, box, layers);
+  if (level == 0) {
+    map.layout().grid.for_each_tile(box, [&](TileId id) {
+      if (fill_from_layers(window, box, map, id)) return;
+      if (const auto tile = tiles.load(id)) fill_from_tile(window, box, *tile);
+    });
+    return window;
+  }
   for (const ShardEntry& shard : map.shards()) {
     if (squares_sampled_in(shard.bounds(), level).intersect(box).empty()) continue;
     const std::optional<ShardOverview> overview = map.overview(shard);

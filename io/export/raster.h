@@ -37,8 +37,9 @@ struct Window {
 // throws.
 Window cut_window(const TileSource& map, int level, const CellBox& box, std::span<const RasterLayer* const> layers);
 
-// The same of a map on disk, whose tiles are `tiles`: on coarse levels out of the overviews of its shards, where they
-// have any, which takes a thousandth of decoding all tiles below.
+// The same of a map on disk, whose tiles are `tiles`, with less work where its files allow that: on level 0 of tiles
+// that are stored in one piece the wanted layers alone are decoded, on coarse levels the overviews of shards, a
+// thousandth of all tiles below.
 Window cut_window(const MapReader& map, const TileSource& tiles, int level, const CellBox& box,
                   std::span<const RasterLayer* const> layers);
 

@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <limits>
 #include <list>
 #include <mutex>
 #include <type_traits>
 #include <unordered_map>
 
 #include "engine/error.h"
+#include "io/store/chunk_codec.h"
 #include "io/store/chunk_index.h"
 #include "io/store/map_folder.h"
 #include "io/store/sandboxed_layers.h"
@@ -54,6 +56,24 @@ class ShardCache {
   std::list<std::shared_ptr<Slot>> slots_;  // last used first
 };
 
+// Throws Error(kVerification).
+std::vector<float> decoded_values(const StoredRaster& raster) {
+  constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+  std::vector<float> values(static_cast<std::size_t>(raster.box.cells()), kNothing);
+  if (raster.bytes.empty()) return values;
+  const auto decode = [&](std::span<std::uint8_t> into) {
+    if (!ChunkDecoder().decode(raster.bytes, raster.element_bytes, into)) damaged_shard("a layer of it is damaged");
+  };
+  if (raster.element_bytes == sizeof(float)) {
+    decode({reinterpret_cast<std::uint8_t*>(values.data()), values.size() * sizeof(float)});
+    return values;
+  }
+  std::vector<std::uint8_t> bytes(values.size());
+  decode(bytes);
+  std::transform(bytes.begin(), bytes.end(), values.begin(), [](std::uint8_t v) { return v == 255 ? kNothing : v; });
+  return values;
+}
+
 class FolderReader final : public MapReader {
  public:
   FolderReader(const fs::path& folder, Manifest&& manifest, Trust trust)
@@ -93,6 +113,13 @@ class FolderReader final : public MapReader {
       if (!stored) return {};
       return StoredRaster{box, element_bytes(layer->element), std::move(*stored)};
     });
+  }
+
+  std::optional<LayerValues> layer_values(TileId id, std::string_view name) const override {
+    const std::optional<StoredRaster> stored = stored_raster(id, name);
+    if (!stored) return {};
+    const ShardEntry& shard = manifest_.shards[where_.at(id).shard];
+    return guarded(shard, id, [&]() -> LayerValues { return {stored->box, decoded_values(*stored)}; });
   }
 
   std::vector<TileId> tiles() const override {

@@ -105,6 +105,11 @@ struct StoredRaster {
   std::vector<std::uint8_t> bytes;  // none: nothing anywhere
 };
 
+struct LayerValues {
+  CellBox box;
+  std::vector<float> values;  // from north to south
+};
+
 // An opened revision; immutable, thread-safe. load() reads, checks the hash and decodes; callers cache.
 class MapReader : public TileSource {
  public:
@@ -125,6 +130,8 @@ class MapReader : public TileSource {
   // chunk a layer (tiles of up to 128 squares are, from 64 on), or as of overview(). The same errors. Precondition: the
   // layer is one of raster_layers().
   virtual std::optional<StoredRaster> stored_raster(TileId id, std::string_view layer) const = 0;
+  // The same, decoded into floats, NaN where there is nothing: a tenth of the work of load().
+  virtual std::optional<LayerValues> layer_values(TileId id, std::string_view layer) const = 0;
 };
 
 }  // namespace btms

@@ -1,4 +1,4 @@
-// Coarse levels out of the overviews of shards: bit for bit what the tiles below say.
+// Windows out of stored layers and the overviews of shards: bit for bit what the tiles say.
 #include <gmock/gmock.h>
 
 #include <cstring>
@@ -21,8 +21,9 @@ class Counting final : public TileSource {
   const MapLayout& layout() const override { return map_.layout(); }
   std::vector<TileId> tiles() const override { return map_.tiles(); }
   std::shared_ptr<const TerrainTile> load(TileId id) const override {
-    ++loads;
-    return map_.load(id);
+    auto tile = map_.load(id);
+    loads += tile != nullptr;
+    return tile;
   }
   mutable int loads = 0;
 
@@ -78,7 +79,8 @@ TEST_P(OverviewOf, IsWhatTheTilesSay) {
     EXPECT_TRUE(same_bits(expected, found)) << level;
     EXPECT_EQ(found.cell_m, expected.cell_m);
     EXPECT_EQ(found.min_x_m, expected.min_x_m);
-    EXPECT_EQ(tiles.loads > 0, level < 3 && !expected.empty()) << level;
+    const bool in_one_piece = GetParam().edge == 64;
+    EXPECT_EQ(tiles.loads > 0, level < 3 && !expected.empty() && !(level == 0 && in_one_piece)) << level;
     known += level >= 3 && !found.empty();
     const std::vector<const RasterLayer*> one = {layers[7], layers[0]};
     EXPECT_TRUE(same_bits(cut_window(*map, level, box, one), cut_window(*map, tiles, level, box, one))) << level;
