@@ -1,5 +1,6 @@
 // What maps there are, and what they are.
 #include "apps/server/handlers.h"
+#include "apps/server/representation.h"
 
 namespace btms {
 
@@ -12,11 +13,13 @@ Response list_maps(const Call& call) {
 
 Response describe_map(const Call& call) {
   Response response;
-  const std::string etag =
-      "\"" + call.revision->reader->info().digest.hex() + "-" + std::to_string(call.revision->number()) + "\"";
-  response.set("ETag", etag);
+  std::string etag = "\"";
+  etag.append(call.revision->reader->info().digest.hex()).append("-");
+  etag.append(std::to_string(call.revision->number())).append("\"");
+  const auto held = held_validator(call.request, etag);
+  response.set("ETag", held.value_or(etag));
   response.set("Cache-Control", "no-cache");
-  if (call.request.header("if-none-match") == etag) {
+  if (held) {
     response.status = 304;
     return response;
   }

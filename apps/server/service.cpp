@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstring>
 
-#include "apps/server/gzip.h"
 #include "apps/server/handlers.h"
 #include "apps/server/problem.h"
+#include "apps/server/representation.h"
 #include "engine/error.h"
 
 namespace btms {
@@ -232,15 +232,8 @@ std::vector<std::string> Service::refresh() {
 Response Service::answer(const Request& request) const { return *dispatch(request, false); }
 std::optional<Response> Service::answer_at_once(const Request& request) const { return dispatch(request, true); }
 
-std::optional<Response> Service::dispatch(const Request& sent, bool at_once) const {
+std::optional<Response> Service::dispatch(const Request& request, bool at_once) const {
   const auto began = std::chrono::steady_clock::now();
-  std::optional<Request> plain;  // copied only where there is something to undo
-  bool had_gzip_validator = false;
-  if (sent.header("if-none-match").find("-gzip") != std::string::npos) {
-    plain = sent;
-    had_gzip_validator = undo_gzip_validators(*plain);
-  }
-  const Request& request = plain ? *plain : sent;
   Call call{request, *this, {}, {}, nullptr, nullptr};
   const Endpoint* route = nullptr;
   std::optional<Response> response;
@@ -274,7 +267,7 @@ std::optional<Response> Service::dispatch(const Request& sent, bool at_once) con
       call.revision = call.map->current();
     }
     response = at_once ? route->at_once(call) : route->handle(call);
-    if (!response) return {};
+    if (!response || !represent(request, route->pattern + (" " + call.map_id), bodies_, at_once, *response)) return {};
   } catch (const Problem& problem) {
     response = problem.response();
   } catch (const Error& error) {
@@ -284,7 +277,6 @@ std::optional<Response> Service::dispatch(const Request& sent, bool at_once) con
   } catch (const std::exception& error) {
     response = Problem("failed", error.what()).response();
   }
-  gzip_for(request, had_gzip_validator, *response);
   if (call.revision) response->set("X-Map-Revision", std::to_string(call.revision->number()));
   metrics_.answered(route ? route->pattern : "none", response->status, response->body ? response->body->size() : 0,
                     std::chrono::steady_clock::now() - began);

@@ -78,7 +78,7 @@ class Service {
   const StaticFiles& files() const { return files_; }
 
  private:
-  std::optional<Response> dispatch(const Request& sent, bool at_once) const;
+  std::optional<Response> dispatch(const Request& request, bool at_once) const;
   const ServiceOptions options_;
   std::vector<std::unique_ptr<ServedMap>> maps_;
   StaticFiles files_;

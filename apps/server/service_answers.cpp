@@ -1,5 +1,6 @@
 // What the service says of itself, and the viewer's files.
 #include "apps/server/handlers.h"
+#include "apps/server/representation.h"
 
 namespace btms {
 
@@ -38,12 +39,13 @@ Response get_file(const Call& call) {
   const StaticFiles::File* file = call.service.files().find(call.arguments[0]);
   if (!file) throw Problem("not_found");
   Response response;
-  response.set("ETag", file->etag);
+  const auto held = held_validator(call.request, file->etag);
+  response.set("ETag", held.value_or(file->etag));
   response.set("Cache-Control", "no-cache");
   response.set("Content-Security-Policy",
                "default-src 'self'; img-src 'self' data: blob:; worker-src 'self' blob:; frame-ancestors 'none'");
   response.set("X-Content-Type-Options", "nosniff");
-  if (call.request.header("if-none-match") == file->etag) {
+  if (held) {
     response.status = 304;
     return response;
   }

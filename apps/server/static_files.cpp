@@ -56,7 +56,7 @@ StaticFiles::StaticFiles(const fs::path& folder) {
 
 void StaticFiles::add(const std::string& name, std::string_view bytes) {
   File file{type_of(name), {}, body_of(bytes)};
-  file.etag = "\"" + hex64(xxh3_64(*file.body)) + "\"";
+  file.etag.append("\"").append(hex64(xxh3_64(*file.body))).append("\"");
   files_.emplace(name, std::move(file));
 }
 

@@ -1,6 +1,7 @@
 // Single tiles and bundles of them.
 #include "apps/server/formats.h"
 #include "apps/server/handlers.h"
+#include "apps/server/representation.h"
 #include "io/export/raster.h"
 #include "io/export/raw_tile.h"
 
@@ -62,13 +63,11 @@ Body encoded_tile(const Call& call, const TileRequest& tile) {
   return body;
 }
 
-bool is_among(const std::string& tags, const std::string& etag) {
-  return tags == "*" || tags.find("\"" + etag + "\"") != std::string::npos;
-}
+std::string quoted(const std::string& etag) { return "\"" + etag + "\""; }
 
-Response tile_head(const Call& call, const TileRequest& tile) {
+Response tile_head(const Call& call, const TileRequest& tile, std::string validator) {
   Response response;
-  response.set("ETag", "\"" + tile.etag + "\"");
+  response.set("ETag", std::move(validator));
   response.set("Cache-Control", "no-cache");
   const ServedTile* known = call.revision->tiles.find(tile.level, tile.id);
   if (known) response.set("X-Tile-Revision", std::to_string(known->revision));
@@ -76,7 +75,7 @@ Response tile_head(const Call& call, const TileRequest& tile) {
 }
 
 Response tile_response(const Call& call, const TileRequest& tile, Body body) {
-  Response response = tile_head(call, tile);
+  Response response = tile_head(call, tile, quoted(tile.etag));
   response.status = body->empty() ? 204 : 200;
   if (body->empty()) return response;
   response.content_type = tile.format->type;
@@ -93,8 +92,8 @@ TileRequest tile_request(const Call& call) {
 
 std::optional<Response> get_tile_at_once(const Call& call) {
   const TileRequest tile = tile_request(call);
-  if (is_among(call.request.header("if-none-match"), tile.etag)) {
-    Response response = tile_head(call, tile);
+  if (auto held = held_validator(call.request, quoted(tile.etag))) {
+    Response response = tile_head(call, tile, *std::move(held));
     response.status = 304;
     return response;
   }

@@ -19,14 +19,15 @@ Frame frame_of(const Call& call, const std::array<double, 4>& box) {
   if (!(cell_m >= 1e-3)) throw Problem("bad_parameter", "expected metres, at least 0.001", "res");
   const double cols = std::ceil((box[2] - box[0]) / cell_m - 1e-9), rows = std::ceil((box[3] - box[1]) / cell_m - 1e-9);
   if (!(cols >= 1 && rows >= 1)) throw Problem("bad_parameter", "the window is empty");
-  if (!(cols * rows <= static_cast<double>(kMaxWindowSquares)))
-    throw Problem("too_much", "the window has more than " + std::to_string(kMaxWindowSquares) + " squares");
+  const std::size_t most = call.limits().window_values;
+  if (!(cols * rows <= static_cast<double>(most)))
+    throw Problem("too_much", "the window has more than " + std::to_string(most) + " squares");
   return {box[0], box[1], cell_m, static_cast<std::size_t>(rows), static_cast<std::size_t>(cols)};
 }
 
 Window window_of(const Call& call, const Frame& f, std::span<const RasterLayer* const> layers) {
   if (static_cast<double>(f.rows * f.cols) * static_cast<double>(layers.size()) >
-      static_cast<double>(kMaxWindowSquares))
+      static_cast<double>(call.limits().window_values))
     throw Problem("too_much", "the window has too many values");
   return sample_window(call.revision->terrain.tiles(), f.min_x_m, f.min_y_m, f.cell_m, f.rows, f.cols, layers);
 }

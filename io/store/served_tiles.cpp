@@ -35,7 +35,9 @@ CellBox tiles_over(const CellBox& fine, int level) {
 
 ServedTiles::ServedTiles(const Manifest& manifest) : r_m_(manifest.info.layout.lattice.resolution_m()) {
   for (const ShardEntry& shard : manifest.shards) bounds_ = bounds_.hull(shard.bounds());
-  lattice_print_ = static_cast<std::uint64_t>(manifest.info.layout.lattice.resolution_mm());
+  // What a GeoTIFF says is part of its content, too.
+  frame_print_ = static_cast<std::uint64_t>(manifest.info.layout.lattice.resolution_mm());
+  if (const std::string& crs = manifest.info.crs_wkt; !crs.empty()) frame_print_ ^= xxh3_64(bytes_of(crs));
   for (int level = 0; !bounds_.empty(); ++level) {
     Level& of = levels_.emplace_back();
     of.cell_m = std::ldexp(r_m_, level);
@@ -82,7 +84,7 @@ std::array<double, 4> ServedTiles::bounds_m() const {
 std::string ServedTiles::etag(int level, TileId id, std::string_view form) const {
   const ServedTile* tile = find(level, id);
   ContentPrint print = tile ? tile->content : ContentPrint{};
-  const std::int64_t words[] = {level, id.tx, id.ty, tile != nullptr, static_cast<std::int64_t>(lattice_print_)};
+  const std::int64_t words[] = {level, id.tx, id.ty, tile != nullptr, static_cast<std::int64_t>(frame_print_)};
   chain(print, {reinterpret_cast<const std::uint8_t*>(words), sizeof words});
   chain(print, bytes_of(form));
   return "xxh3:" + hex64(print.high) + hex64(print.low);

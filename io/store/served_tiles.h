@@ -57,7 +57,7 @@ class ServedTiles {
   std::vector<Level> levels_;
   CellBox bounds_;
   double r_m_ = 0;
-  std::uint64_t lattice_print_ = 0;
+  std::uint64_t frame_print_ = 0;  // edge of a square and reference system
 };
 
 // "level/tx/ty", and back: nothing for any other text.

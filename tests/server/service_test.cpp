@@ -175,32 +175,6 @@ TEST_F(ServiceAnswers, BodiesAreHeldAgainstWhatIsExpected) {
   EXPECT_EQ(ask(post("/v1/maps/city/bundle", many + "]}")).status, 413);
 }
 
-TEST_F(ServiceAnswers, TextsAreCompressedForThoseWhoTakeIt) {
-  Request request = get("/v1/maps/city/tiles/0/0/0?f=json");
-  const Response plain = ask(request);
-  EXPECT_EQ(header(plain, "Vary"), "Accept-Encoding");
-  EXPECT_EQ(header(plain, "Content-Encoding"), "");
-  for (const char* refused : {"identity", "gzip;q=0", "br, gzip; q=0.0"}) {
-    request.headers["accept-encoding"] = refused;
-    EXPECT_EQ(header(ask(request), "Content-Encoding"), "") << refused;
-  }
-  request.headers["accept-encoding"] = "br;q=1.0, gzip;q=0.8";
-  const Response small = ask(request);
-  EXPECT_EQ(header(small, "Content-Encoding"), "gzip");
-  EXPECT_LT(small.body->size(), plain.body->size() / 2);
-  const std::string etag = header(small, "ETag");
-  EXPECT_TRUE(etag.ends_with("-gzip\"")) << etag;
-  request.headers["if-none-match"] = etag;
-  const Response same = ask(request);
-  EXPECT_EQ(same.status, 304);
-  EXPECT_EQ(header(same, "ETag"), etag);
-  request.headers["if-none-match"] = header(plain, "ETag");
-  EXPECT_EQ(header(ask(request), "ETag"), header(plain, "ETag"));
-  Request raw = get("/v1/maps/city/tiles/0/0/0");
-  raw.headers["accept-encoding"] = "gzip";
-  EXPECT_EQ(header(ask(raw), "Content-Encoding"), "") << "numbers are sent as they are";
-}
-
 TEST_F(ServiceAnswers, OnlyTheRightMethods) {
   EXPECT_EQ(ask(post("/v1/maps", "")).status, 405);
   EXPECT_EQ(ask(request("DELETE", "/v1/maps/city")).status, 405);
