@@ -46,6 +46,7 @@ const Service& service() {
     options.limits.ids = 500;
     options.limits.bundle = 8;
     options.limits.route_nodes = 500;
+    options.limits.window_values = 1 << 16;
     return Service(std::move(options));
   }();
   return served;
