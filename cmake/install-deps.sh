@@ -11,6 +11,7 @@ gis="gdal-bin python3-gdal netcdf-bin python3-h5py python3-xarray python3-netcdf
 peers="libpcl-dev"  # large; for -DBTMS_WITH_PCL=ON
 planning="libompl-dev"  # apps/examples/ompl_plan.cpp
 python="python3-dev pybind11-dev python3-numpy python3-pytest python3-xarray python3-matplotlib"
+ros1="libroscpp-dev libsensor-msgs-dev python3-rosbag python3-rospy python3-sensor-msgs python3-rosmaster python3-numpy"  # apps/ros1 and its test
 load="wrk"  # tests/load.sh
 viewer="nodejs npm chromium"  # apps/viewer and its tests
 fuzz="clang-16 libclang-rt-16-dev"  # tests/fuzz/run.sh
@@ -23,6 +24,7 @@ for argument in "$@"; do
     --fuzz) wanted="$wanted $fuzz" ;;
     --planning) wanted="$wanted $planning" ;;
     --python) wanted="$wanted $python" ;;
+    --ros1) wanted="$wanted $ros1" ;;
     --load) wanted="$wanted $load" ;;
     --viewer) wanted="$wanted $viewer" ;;
     -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
