@@ -1,7 +1,9 @@
-// btms export: a map, or a part of it, as a raster or a mesh that other programs read.
+// btms export: a map, or a part of it, as files that other programs read.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "apps/btms/command.h"
 #include "apps/btms/number_range.h"
@@ -10,14 +12,19 @@
 #include "apps/btms/report.h"
 #include "engine/error.h"
 #include "engine/query/tile_cache.h"
+#include "engine/routing/route.h"
 #include "io/export/cloud_geotiff.h"
 #include "io/export/geotiff.h"
 #include "io/export/glb_mesh.h"
+#include "io/export/graph_files.h"
 #include "io/export/map_raster.h"
 #include "io/export/occupancy.h"
+#include "io/export/pcd_tiles.h"
 #include "io/export/ply_mesh.h"
 #include "io/export/window_formats.h"
 #include "io/files/atomic_file.h"
+#include "io/store/crs.h"
+#include "io/store/raster_nc.h"
 
 namespace btms {
 namespace {
@@ -32,6 +39,7 @@ struct ExportCommand {
   std::optional<double> cell_m;
   int level = 0;
   double inflation_m = 0;
+  double tile_m = 20;
   std::string mode = "trinary";
   bool cloud = false, force = false, untrusted = false;
 };
@@ -100,17 +108,50 @@ void write_costmap(const Source& source, const ExportCommand& command) {
   write_file(command.output, map.yaml(image.filename().string()));
 }
 
-bool is_mesh(const std::string& extension) { return extension == ".ply" || extension == ".glb"; }
+void write_nc(const Source& source, const fs::path& path) {
+  const double edge_mm = 1000 * source.frame.cell_m;
+  const std::int64_t whole_mm = std::llround(edge_mm);
+  if (whole_mm % 2 != 0 || std::abs(edge_mm - static_cast<double>(whole_mm)) > 1e-6 ||
+      whole_mm > std::numeric_limits<std::int32_t>::max())
+    throw Error(ErrorCode::kUsage, "squares of a .nc are an even number of millimetres wide", path);
+  const Window window = source.whole();
+  std::vector<RasterValues> layers;
+  for (std::size_t i = 0; i < window.layers.size(); ++i) layers.push_back({window.layers[i]->name, window.values[i]});
+  const std::string& wkt = source.map->info().crs_wkt;
+  std::optional<Crs> crs;
+  if (!wkt.empty()) crs = describe_crs(wkt);
+  write_file(path, encode_raster_nc(source.frame.box, static_cast<std::int32_t>(whole_mm), crs, layers));
+}
 
-// A file, and what is to be said of it.
+// What is no raster: written, and what is to be said of it.
 Json write_mesh(const Source& source, const ExportCommand& command, const std::string& extension) {
   const MeshSize size = (extension == ".ply" ? write_ply_mesh : write_glb_mesh)(
       *source.map, source.tiles, source.frame.level, source.frame.box, command.output);
   return {{"vertices", size.vertices}, {"triangles", size.triangles}};
 }
 
+Json write_graphs(const Source& source, const ExportCommand& command, const std::string& extension) {
+  const TraversalGraph graph(Terrain(source.map), source.map->info().parameters);
+  const GraphSize size = extension == ".graph" ? write_graph(*source.map, graph, source.frame.box, command.output)
+                                               : write_graph_geojson(*source.map, graph, source.frame.box,
+                                                                     RouteRules{}.cost_weight, command.output);
+  return {{"nodes", size.nodes}, {"edges", size.edges}};
+}
+
+Json write_points(const Source& source, const ExportCommand& command) {
+  const PcdTilesSize size = write_pcd_tiles(*source.map, source.tiles, source.frame, command.tile_m, command.output);
+  return {{"files", size.files},
+          {"points", size.points},
+          {"origin_m", {size.origin_x_m, size.origin_y_m}},
+          {"bytes", size.bytes}};
+}
+
+bool is_mesh(const std::string& extension) { return extension == ".ply" || extension == ".glb"; }
+bool is_graph(const std::string& extension) { return extension == ".geojson" || extension == ".graph"; }
+
 void write_raster(const Source& source, const ExportCommand& command, const std::string& extension) {
   if (extension == ".yaml") return write_costmap(source, command);
+  if (extension == ".nc") return write_nc(source, command.output);
   if (extension == ".tif") return (command.cloud ? write_cloud : write_geotiff)(source, command.output);
   const Window window = source.whole();
   write_file(command.output, extension == ".npy"   ? npy(window)
@@ -119,17 +160,26 @@ void write_raster(const Source& source, const ExportCommand& command, const std:
 }
 
 void check(const ExportCommand& command, const std::string& extension) {
-  const std::string known[] = {".tif", ".npy", ".npz", ".png", ".yaml", ".ply", ".glb"};
+  const std::string known[] = {".tif", ".npy", ".npz", ".png",     ".yaml", ".nc",
+                               ".ply", ".glb", ".pcd", ".geojson", ".graph"};
   if (std::find(std::begin(known), std::end(known), extension) == std::end(known))
-    throw Error(ErrorCode::kUsage, "what shall it be? Names end in .tif, .npy, .npz, .png, .yaml, .ply or .glb",
-                command.output);
+    throw Error(
+        ErrorCode::kUsage,
+        "what shall it be? Names end in .tif, .nc, .npy, .npz, .png, .yaml, .ply, .glb, .pcd, .geojson or .graph",
+        command.output);
   if (command.cloud && extension != ".tif") throw Error(ErrorCode::kUsage, "--cog is for NAME.tif", command.output);
   if (is_mesh(extension) && command.cell_m)
     throw Error(ErrorCode::kUsage, "triangles are those of a --level, not of any edge (--res)", command.output);
+  if (is_graph(extension) && (command.cell_m || command.level != 0))
+    throw Error(ErrorCode::kUsage, "the graph has no --level and no --res: it is that of the map", command.output);
   if (extension == ".png" && command.layers.size() > 1)
     throw Error(ErrorCode::kUsage, "a picture shows one layer", command.output);
   std::vector<fs::path> outputs = {command.output};
   if (extension == ".yaml") outputs.push_back(image_of(command.output));
+  if (extension == ".pcd") {
+    outputs.push_back(pcd_metadata_of(command.output));
+    refuse_existing(outputs, false);  // folders are not replaced
+  }
   refuse_existing(outputs, command.force);
 }
 
@@ -150,8 +200,13 @@ int run_export(const ExportCommand& command) {
   std::string what;
   if (is_mesh(extension)) {
     facts.update(write_mesh(source, command, extension));
-    what = fmt::format("{} triangles, {} vertices", facts["triangles"].get<std::uint64_t>(),
-                       facts["vertices"].get<std::uint64_t>());
+    what = fmt::format("{} triangles, {} vertices", facts["triangles"].dump(), facts["vertices"].dump());
+  } else if (is_graph(extension)) {
+    facts.update(write_graphs(source, command, extension));
+    what = fmt::format("{} nodes, {} edges", facts["nodes"].dump(), facts["edges"].dump());
+  } else if (extension == ".pcd") {
+    facts.update(write_points(source, command));
+    what = fmt::format("{} points in {} files", facts["points"].dump(), facts["files"].dump());
   } else {
     write_raster(source, command, extension);
     Json names = Json::array();
@@ -159,13 +214,15 @@ int run_export(const ExportCommand& command) {
     facts.update({{"rows", outline.rows}, {"cols", outline.cols}, {"layers", std::move(names)}});
     what = fmt::format("{} x {} squares of {} m", outline.cols, outline.rows, outline.cell_m);
   }
-  std::uint64_t bytes = fs::file_size(command.output);
-  if (extension == ".yaml") bytes += fs::file_size(image_of(command.output));
-  facts["bytes"] = bytes;
+  if (extension != ".pcd") {
+    std::uint64_t bytes = fs::file_size(command.output);
+    if (extension == ".yaml") bytes += fs::file_size(image_of(command.output));
+    facts["bytes"] = bytes;
+  }
   if (command.common.json)
     print_json(facts);
   else
-    fmt::print("{}: {}, {:.2f} MB\n", command.output, what, static_cast<double>(bytes) / 1e6);
+    fmt::print("{}: {}, {:.2f} MB\n", command.output, what, facts["bytes"].get<double>() / 1e6);
   return 0;
 }
 
@@ -177,6 +234,9 @@ constexpr const char* kFooter =
     "  btms export city.btms -o map.yaml --res 0.5 --inflation 1.2         map.yaml and map.pgm for Nav2\n"
     "  btms export city.btms -o part.npz --bbox 100,50,300,250\n"
     "  btms export city.btms -o city.glb --level 1                         triangles for Blender and browsers\n"
+    "  btms export city.btms -o city.nc --layers elevation,class           one NetCDF file, for xarray\n"
+    "  btms export city.btms -o pointcloud_map.pcd --res 0.5               ground points in tiles, for Autoware\n"
+    "  btms export city.btms -o city.graph                                 the traversability graph\n"
     "\n"
     "Values are those of `btms query` at the centres of the squares. Squares begin at whole multiples of their edge; "
     "a\n"
@@ -186,11 +246,14 @@ constexpr const char* kFooter =
 
 Command add_export(CLI::App& btms) {
   auto command = std::make_shared<ExportCommand>();
-  CLI::App* app = btms.add_subcommand("export", "Write a map as GeoTIFF, mesh, NumPy arrays, a picture or a Nav2 map");
+  CLI::App* app =
+      btms.add_subcommand("export", "Write a map as GeoTIFF, NetCDF, mesh, point tiles, graph, picture or Nav2 map");
   app->footer(kFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
-  app->add_option("-o,--output", command->output,
-                  "NAME.tif, .npy, .npz, .png, .ply, .glb, or .yaml (and .pgm) for Nav2")
+  app->add_option(
+         "-o,--output", command->output,
+         "NAME.tif, .nc, .npy, .npz, .png; .ply, .glb: triangles; .yaml (and .pgm): Nav2; .pcd: a folder of ground "
+         "points for Autoware; .geojson, .graph: the traversability graph")
       ->required()
       ->type_name("FILE");
   app->add_option("--layers", command->layers,
@@ -210,6 +273,10 @@ Command add_export(CLI::App& btms) {
   app->add_flag("--cog", command->cloud, "Cloud Optimized GeoTIFF, with overviews; needs gdal-bin");
   app->add_option("--inflation", command->inflation_m, "Nav2: what lies so near to what can't be crossed can't either")
       ->check(number_range(0, 1000))
+      ->capture_default_str()
+      ->type_name("M");
+  app->add_option("--tile-m", command->tile_m, "Autoware: edge of a tile, whole squares")
+      ->check(number_range(0.1, 10000))
       ->capture_default_str()
       ->type_name("M");
   app->add_option("--mode", command->mode, "Nav2: trinary (free, occupied, unknown) or raw (cost 0 to 100)")
