@@ -7,6 +7,7 @@
 #include "io/points/las.h"
 #include "io/points/pcd.h"
 #include "io/points/plain_labels.h"
+#include "io/points/ply.h"
 
 namespace btms {
 namespace {
@@ -23,6 +24,7 @@ constexpr Format kFormats[] = {
     {".las", open_las, nullptr, 0, create_las_labels},
     {".bin", open_kitti, ".label", 4, create_kitti_labels},
     {".pcd", open_pcd, ".labels", 1, create_byte_labels},
+    {".ply", open_ply, ".labels", 1, create_byte_labels},
 };
 
 struct ClassFormat {

@@ -32,7 +32,7 @@ class PointFile : public PointSource {
   virtual const PointFileInfo& info() const = 0;
 };
 
-// Opens by extension (.las .bin .pcd). Everything that can be checked without reading the points is checked here.
+// Opens by extension (.las .bin .pcd .ply). Everything that can be checked without reading the points is checked here.
 // Throws Error(kBadInput) naming file, offset, what was found and what was expected; Error(kUsage) for an extension
 // that no reader knows, listing those that are known. Opening never blocks (a FIFO is refused).
 std::unique_ptr<PointFile> open_points(const std::filesystem::path& path);
@@ -53,7 +53,7 @@ InputList expand_inputs(std::span<const std::string> arguments);
 // Receives the labels of one input and writes them in the format that belongs to it:
 //   .las -> .las  a copy with only the class changed: 2 terrain, 1 obstacle, 7 far below; dropped points keep theirs
 //   .bin -> .label  u32: 40 terrain, 99 obstacle and below, 0 dropped
-//   .pcd -> .labels u8: 1 terrain, 0 not
+//   .pcd, .ply -> .labels u8: 1 terrain, 0 not
 // write() is thread-safe for disjoint runs. Nothing is visible under the final name before commit(); without commit()
 // the temporary file is removed. Throws Error(kFailed) on any failed write.
 class LabelWriter {

@@ -8,11 +8,11 @@ namespace btms::test {
 namespace {
 
 TEST(PointFile, KnowsItsExtensions) {
-  EXPECT_EQ(known_point_extensions(), (std::vector<std::string>{".las", ".bin", ".pcd"}));
+  EXPECT_EQ(known_point_extensions(), (std::vector<std::string>{".las", ".bin", ".pcd", ".ply"}));
   const TemporaryFolder folder;
   EXPECT_EQ(open_points(folder.write("A.LAS", las_bytes({})))->size(), 3u);
   const auto text = folder.write("a.txt", std::string("1 2 3"));
-  expect_error(ErrorCode::kUsage, text, {".txt", ".las .bin .pcd"}, [&] { open_points(text); });
+  expect_error(ErrorCode::kUsage, text, {".txt", ".las .bin .pcd .ply"}, [&] { open_points(text); });
   const auto laz = folder.write("a.laz", las_bytes({}));
   expect_error(ErrorCode::kBadInput, laz, {"LAZ", "decompress"}, [&] { open_points(laz); });
 }
@@ -27,7 +27,7 @@ TEST(PointFile, ReadsClassesWhateverTheCaseOfTheExtension) {
 
 TEST(PointFile, RefusesWhatIsNotARegularFile) {
   const TemporaryFolder folder;
-  for (const char* extension : {".las", ".bin", ".pcd"}) {
+  for (const char* extension : {".las", ".bin", ".pcd", ".ply"}) {
     SCOPED_TRACE(extension);
     const std::string e = extension;
     const auto refused = [&](const std::string& name, const std::string& says) {
