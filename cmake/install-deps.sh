@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian 12 packages the project needs: the core to build and test it, groups on request.
-#   cmake/install-deps.sh [--gis] [--peers] [--fuzz] [--planning] [--viewer] [--load]
+#   cmake/install-deps.sh [--gis] [--peers] [--fuzz] [--planning] [--viewer] [--laz] [--load]
 # Does nothing when everything is there. Uses sudo only when not root.
 set -eu
 
@@ -11,6 +11,7 @@ gis="gdal-bin python3-gdal netcdf-bin python3-h5py python3-xarray python3-netcdf
 peers="libpcl-dev"  # large; for -DBTMS_WITH_PCL=ON
 planning="libompl-dev"  # apps/examples/ompl_plan.cpp
 load="wrk"  # tests/load.sh
+laz="nodejs npm"  # apps/laz: reads LAZ and COPC
 viewer="nodejs npm chromium"  # apps/viewer and its tests
 fuzz="clang-16 libclang-rt-16-dev"  # tests/fuzz/run.sh
 
@@ -21,10 +22,11 @@ for argument in "$@"; do
     --peers) wanted="$wanted $peers" ;;
     --fuzz) wanted="$wanted $fuzz" ;;
     --planning) wanted="$wanted $planning" ;;
+    --laz) wanted="$wanted $laz" ;;
     --load) wanted="$wanted $load" ;;
     --viewer) wanted="$wanted $viewer" ;;
     -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
-    *) echo "install-deps.sh: unknown group $argument; there are --gis, --peers, --fuzz, --planning, --viewer and --load" >&2; exit 2 ;;
+    *) echo "install-deps.sh: unknown group $argument; there are --gis, --peers, --fuzz, --planning, --viewer, --laz and --load" >&2; exit 2 ;;
   esac
 done
 

@@ -29,7 +29,7 @@ inline const std::vector<Malformed>& bad_ply_files() {
        [] {
          return ply_header("binary_big_endian", 1, "property float x\nproperty float y\nproperty float z\n",
                            "element face 1\nproperty list int int vertex_indices\n") +
-                Bytes{0x7F, 0xFF, 0xFF, 0xFF, 0, 0, 0, 0};
+                Bytes(8, 0x7F);
        }},
       {43,
        "ListOfNegativeLength",
