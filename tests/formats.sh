@@ -9,15 +9,20 @@ btms=$1 data=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-preset_of() { case $1 in *.bin) echo single-scan ;; *) echo city ;; esac; }
+# Example files of 30 points make no surface at the preset's resolution.
+parameters_of() {
+  case $1 in *.bin) echo --preset single-scan ;; *) echo --preset city ;; esac
+  if "$btms" info "$1" --json | grep -Eq '"points": ?[0-9]{1,2},?$'; then echo --resolution 64; fi
+}
 
 files=0 good=0 twins=0 same=0
 while IFS= read -r -d '' file; do
   files=$((files + 1))
-  rm -rf "$work/labels"
+  rm -rf "$work"/*
   begun=$EPOCHREALTIME
+  # shellcheck disable=SC2046  # words
   if "$btms" info "$file" >"$work/log" 2>&1 &&
-    "$btms" build "$file" -o "$work/map.btms" --force --preset "$(preset_of "$file")" --quiet >"$work/log" 2>&1 &&
+    "$btms" build "$file" -o "$work/map.btms" $(parameters_of "$file") --quiet >"$work/log" 2>&1 &&
     "$btms" label "$work/map.btms" "$file" -o "$work/labels" --quiet >"$work/log" 2>&1; then
     good=$((good + 1)) word=done
   else
@@ -26,7 +31,8 @@ while IFS= read -r -d '' file; do
   twin=
   if [ "$word" = done ] && [ "${file%.laz}" != "$file" ] && [ -f "${file%.laz}.las" ]; then
     twins=$((twins + 1))
-    "$btms" build "${file%.laz}.las" -o "$work/twin.btms" --force --quiet >/dev/null 2>&1
+    # shellcheck disable=SC2046  # words
+    "$btms" build "${file%.laz}.las" -o "$work/twin.btms" $(parameters_of "$file") --quiet >/dev/null 2>&1
     if [ "$("$btms" digest "$work/map.btms")" = "$("$btms" digest "$work/twin.btms")" ]; then
       same=$((same + 1)) twin=", digest equal to the LAS file's"
     else
