@@ -67,6 +67,7 @@ class Front {
 // points.cpp
 void las(Bytes);
 void pcd(Bytes);
+void ply(Bytes);
 void kitti(Bytes);
 // lzf.cpp
 void lzf(Bytes);
