@@ -6,6 +6,7 @@
 #include "io/points/kitti.h"
 #include "io/points/las.h"
 #include "io/points/laz.h"
+#include "io/points/npy.h"
 #include "io/points/pcd.h"
 #include "io/points/plain_labels.h"
 #include "io/points/ply.h"
@@ -25,6 +26,7 @@ constexpr Format kFormats[] = {
     {".las", open_las, nullptr, 0, create_las_labels},      {".laz", open_laz, ".las", 0, create_laz_labels},
     {".bin", open_kitti, ".label", 4, create_kitti_labels}, {".pcd", open_pcd, ".labels", 1, create_byte_labels},
     {".ply", open_ply, ".labels", 1, create_byte_labels},
+    {".npy", open_npy, ".labels", 1, create_byte_labels},
 };
 
 struct ClassFormat {

@@ -7,6 +7,7 @@
 #include "io/points/kitti.h"
 #include "io/points/las.h"
 #include "io/points/las_header.h"
+#include "io/points/npy.h"
 #include "io/points/pcd.h"
 #include "io/points/plain_labels.h"
 #include "io/points/ply.h"
@@ -107,6 +108,10 @@ void pcd(Bytes bytes) {
 
 void ply(Bytes bytes) {
   accepted([&] { read_points(*open_ply(file_of(bytes, ".ply"))); });
+}
+
+void npy(Bytes bytes) {
+  accepted([&] { read_points(*open_npy(file_of(bytes, ".npy"))); });
 }
 
 void kitti(Bytes bytes) {

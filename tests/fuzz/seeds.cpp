@@ -99,6 +99,15 @@ void seed_ply() {
            (std::string{2, 0, 0, 0, 1, 0, 0, 0, 2} + Bytes(34, 64)));
 }
 
+void seed_npy() {
+  const std::string start("\x93NUMPY\x01\0", 8), newer("\x93NUMPY\x02\0", 8);
+  const std::string floats = "{'descr': '<f4', 'fortran_order': False, 'shape': (4, 3), }";
+  const std::string swapped = "{\"shape\":(2,4),\"fortran_order\":False,\"descr\":\">f8\"}\n";
+  const auto length = [](const std::string& text) { return static_cast<char>(text.size()); };
+  seed("npy", "floats", start + std::string{length(floats), 0} + floats + Bytes(48, 66));
+  seed("npy", "swapped", newer + std::string{length(swapped), 0, 0, 0} + swapped + Bytes(64, 64));
+}
+
 void seed_lzf() {
   Bytes runs(300);
   for (std::size_t i = 0; i < 40; ++i) runs[i * 7] = static_cast<std::uint8_t>(i / 3);
@@ -221,6 +230,7 @@ int main(int count, char** arguments) {
   seed_las();
   seed_pcd();
   seed_ply();
+  seed_npy();
   seed_lzf();
   seed_texts();
   seed_labels();

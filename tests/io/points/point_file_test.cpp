@@ -8,11 +8,11 @@ namespace btms::test {
 namespace {
 
 TEST(PointFile, KnowsItsExtensions) {
-  EXPECT_EQ(known_point_extensions(), (std::vector<std::string>{".las", ".laz", ".bin", ".pcd", ".ply"}));
+  EXPECT_EQ(known_point_extensions(), (std::vector<std::string>{".las", ".laz", ".bin", ".pcd", ".ply", ".npy"}));
   const TemporaryFolder folder;
   EXPECT_EQ(open_points(folder.write("A.LAS", las_bytes({})))->size(), 3u);
   const auto text = folder.write("a.txt", std::string("1 2 3"));
-  expect_error(ErrorCode::kUsage, text, {".txt", ".las .laz .bin .pcd .ply"}, [&] { open_points(text); });
+  expect_error(ErrorCode::kUsage, text, {".txt", ".las .laz .bin .pcd .ply .npy"}, [&] { open_points(text); });
   const auto laz = folder.write("a.laz", las_bytes({}));
   expect_error(ErrorCode::kBadInput, laz, {"not compressed", "call it .las"}, [&] { open_points(laz); });
 }
