@@ -1,4 +1,4 @@
-// btms export: a map, or a part of it, as a raster that other programs read.
+// btms export: a map, or a part of it, as a raster or a mesh that other programs read.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,8 +12,10 @@
 #include "engine/query/tile_cache.h"
 #include "io/export/cloud_geotiff.h"
 #include "io/export/geotiff.h"
+#include "io/export/glb_mesh.h"
 #include "io/export/map_raster.h"
 #include "io/export/occupancy.h"
+#include "io/export/ply_mesh.h"
 #include "io/export/window_formats.h"
 #include "io/files/atomic_file.h"
 
@@ -42,7 +44,7 @@ std::vector<const RasterLayer*> layers_of(const std::vector<std::string>& names)
     const RasterLayer* layer = find_raster_layer(name);
     if (!layer) {
       std::string known;
-      for (const RasterLayer& l : raster_layers()) known += " " + std::string(l.name);
+      for (const RasterLayer& l : raster_layers()) known.append(" ").append(l.name);
       throw Error(ErrorCode::kUsage, "no layer '" + name + "'; there are:" + known);
     }
     if (std::find(layers.begin(), layers.end(), layer) != layers.end())
@@ -98,7 +100,16 @@ void write_costmap(const Source& source, const ExportCommand& command) {
   write_file(command.output, map.yaml(image.filename().string()));
 }
 
-void write(const Source& source, const ExportCommand& command, const std::string& extension) {
+bool is_mesh(const std::string& extension) { return extension == ".ply" || extension == ".glb"; }
+
+// A file, and what is to be said of it.
+Json write_mesh(const Source& source, const ExportCommand& command, const std::string& extension) {
+  const MeshSize size = (extension == ".ply" ? write_ply_mesh : write_glb_mesh)(
+      *source.map, source.tiles, source.frame.level, source.frame.box, command.output);
+  return {{"vertices", size.vertices}, {"triangles", size.triangles}};
+}
+
+void write_raster(const Source& source, const ExportCommand& command, const std::string& extension) {
   if (extension == ".yaml") return write_costmap(source, command);
   if (extension == ".tif") return (command.cloud ? write_cloud : write_geotiff)(source, command.output);
   const Window window = source.whole();
@@ -108,10 +119,13 @@ void write(const Source& source, const ExportCommand& command, const std::string
 }
 
 void check(const ExportCommand& command, const std::string& extension) {
-  const std::string known[] = {".tif", ".npy", ".npz", ".png", ".yaml"};
+  const std::string known[] = {".tif", ".npy", ".npz", ".png", ".yaml", ".ply", ".glb"};
   if (std::find(std::begin(known), std::end(known), extension) == std::end(known))
-    throw Error(ErrorCode::kUsage, "what shall it be? Names end in .tif, .npy, .npz, .png or .yaml", command.output);
+    throw Error(ErrorCode::kUsage, "what shall it be? Names end in .tif, .npy, .npz, .png, .yaml, .ply or .glb",
+                command.output);
   if (command.cloud && extension != ".tif") throw Error(ErrorCode::kUsage, "--cog is for NAME.tif", command.output);
+  if (is_mesh(extension) && command.cell_m)
+    throw Error(ErrorCode::kUsage, "triangles are those of a --level, not of any edge (--res)", command.output);
   if (extension == ".png" && command.layers.size() > 1)
     throw Error(ErrorCode::kUsage, "a picture shows one layer", command.output);
   std::vector<fs::path> outputs = {command.output};
@@ -128,25 +142,30 @@ int run_export(const ExportCommand& command) {
   if (const auto& b = command.box_m; !b.empty()) box_m = {b[0], b[1], b[2], b[3]};
   const RasterFrame frame =
       command.cell_m ? square_frame(*map, *command.cell_m, box_m) : level_frame(*map, command.level, box_m);
-  write({map, TileCache(map), frame, layers}, command, extension);
-
+  const Source source{map, TileCache(map), frame, layers};
   const Window outline = frame.outline(layers);
-  std::uint64_t bytes = fs::file_size(command.output);
-  if (extension == ".yaml") bytes += fs::file_size(image_of(command.output));
-  if (command.common.json) {
+  Json facts{{"file", command.output},
+             {"cell_m", outline.cell_m},
+             {"bounds", {outline.min_x_m, outline.min_y_m, outline.max_x_m(), outline.max_y_m()}}};
+  std::string what;
+  if (is_mesh(extension)) {
+    facts.update(write_mesh(source, command, extension));
+    what = fmt::format("{} triangles, {} vertices", facts["triangles"].get<std::uint64_t>(),
+                       facts["vertices"].get<std::uint64_t>());
+  } else {
+    write_raster(source, command, extension);
     Json names = Json::array();
     for (const RasterLayer* layer : layers) names.push_back(layer->name);
-    print_json({{"file", command.output},
-                {"bytes", bytes},
-                {"rows", outline.rows},
-                {"cols", outline.cols},
-                {"cell_m", outline.cell_m},
-                {"bounds", {outline.min_x_m, outline.min_y_m, outline.max_x_m(), outline.max_y_m()}},
-                {"layers", std::move(names)}});
-  } else {
-    fmt::print("{}: {} x {} squares of {} m, {:.2f} MB\n", command.output, outline.cols, outline.rows, outline.cell_m,
-               static_cast<double>(bytes) / 1e6);
+    facts.update({{"rows", outline.rows}, {"cols", outline.cols}, {"layers", std::move(names)}});
+    what = fmt::format("{} x {} squares of {} m", outline.cols, outline.rows, outline.cell_m);
   }
+  std::uint64_t bytes = fs::file_size(command.output);
+  if (extension == ".yaml") bytes += fs::file_size(image_of(command.output));
+  facts["bytes"] = bytes;
+  if (command.common.json)
+    print_json(facts);
+  else
+    fmt::print("{}: {}, {:.2f} MB\n", command.output, what, static_cast<double>(bytes) / 1e6);
   return 0;
 }
 
@@ -157,6 +176,7 @@ constexpr const char* kFooter =
     "  btms export city.btms -o overview.png --level 2                     shaded relief, squares 4 times as wide\n"
     "  btms export city.btms -o map.yaml --res 0.5 --inflation 1.2         map.yaml and map.pgm for Nav2\n"
     "  btms export city.btms -o part.npz --bbox 100,50,300,250\n"
+    "  btms export city.btms -o city.glb --level 1                         triangles for Blender and browsers\n"
     "\n"
     "Values are those of `btms query` at the centres of the squares. Squares begin at whole multiples of their edge; "
     "a\n"
@@ -166,10 +186,11 @@ constexpr const char* kFooter =
 
 Command add_export(CLI::App& btms) {
   auto command = std::make_shared<ExportCommand>();
-  CLI::App* app = btms.add_subcommand("export", "Write a map as GeoTIFF, NumPy arrays, a picture or a Nav2 map");
+  CLI::App* app = btms.add_subcommand("export", "Write a map as GeoTIFF, mesh, NumPy arrays, a picture or a Nav2 map");
   app->footer(kFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
-  app->add_option("-o,--output", command->output, "NAME.tif, .npy, .npz, .png, or .yaml (and .pgm) for Nav2")
+  app->add_option("-o,--output", command->output,
+                  "NAME.tif, .npy, .npz, .png, .ply, .glb, or .yaml (and .pgm) for Nav2")
       ->required()
       ->type_name("FILE");
   app->add_option("--layers", command->layers,
