@@ -50,3 +50,7 @@ echo
 echo "map      $PWD/$demo/city.btms"
 echo "picture  $PWD/$demo/city.png"
 echo "labels   $PWD/$demo/labelled"
+echo
+echo "Look at it in a browser, or ask it over HTTP (docs/http_api.md):  $PWD/$btms serve $demo/city.btms"
+[ -e build/release/share/btms/viewer/index.html ] ||
+  echo "The page needs npm: cmake/install-deps.sh --viewer, then run this again."

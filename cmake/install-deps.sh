@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian 12 packages the project needs: the core to build and test it, groups on request.
-#   cmake/install-deps.sh [--gis] [--peers] [--fuzz] [--planning] [--viewer] [--load] [--python]
+#   cmake/install-deps.sh [--gis] [--peers] [--fuzz] [--planning] [--viewer] [--laz] [--load] [--ros1] [--python] [--mpi]
 # Does nothing when everything is there. Uses sudo only when not root.
 set -eu
 
@@ -12,7 +12,9 @@ peers="libpcl-dev"  # large; for -DBTMS_WITH_PCL=ON
 planning="libompl-dev"  # apps/examples/ompl_plan.cpp
 python="python3-dev pybind11-dev python3-numpy python3-pytest python3-xarray python3-matplotlib"
 ros1="libroscpp-dev libsensor-msgs-dev python3-rosbag python3-rospy python3-sensor-msgs python3-rosmaster python3-numpy"  # apps/ros1 and its test
+mpi="libopenmpi-dev openmpi-bin"  # -DBTMS_WITH_MPI=ON
 load="wrk"  # tests/load.sh
+laz="nodejs npm"  # apps/laz: reads LAZ and COPC
 viewer="nodejs npm chromium"  # apps/viewer and its tests
 fuzz="clang-16 libclang-rt-16-dev"  # tests/fuzz/run.sh
 
@@ -25,10 +27,12 @@ for argument in "$@"; do
     --planning) wanted="$wanted $planning" ;;
     --python) wanted="$wanted $python" ;;
     --ros1) wanted="$wanted $ros1" ;;
+    --mpi) wanted="$wanted $mpi" ;;
+    --laz) wanted="$wanted $laz" ;;
     --load) wanted="$wanted $load" ;;
     --viewer) wanted="$wanted $viewer" ;;
     -h | --help) sed -n '2,4s/^# //p' "$0"; exit 0 ;;
-    *) echo "install-deps.sh: unknown group $argument; there are --gis, --peers, --fuzz, --planning, --viewer, --load and --python" >&2; exit 2 ;;
+    *) echo "install-deps.sh: unknown group $argument; there are --gis, --ros1, --peers, --fuzz, --planning, --viewer, --laz, --load, --python and --mpi" >&2; exit 2 ;;
   esac
 done
 

@@ -15,6 +15,7 @@
 #include "apps/btms/open_map.h"
 #include "apps/btms/outputs.h"
 #include "apps/btms/parameter_options.h"
+#include "apps/btms/process_group.h"
 #include "apps/btms/reference_system.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
@@ -81,8 +82,9 @@ BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, Bu
                         const Continuation& going_on, const Executor& executor, Ranks& ranks, bool& at_work) {
   std::vector<const PointSource*> sources;
   for (const auto& file : files) sources.push_back(file.get());
-  const auto threads =
-      executor.parallel ? make_threads(std::max(1, command.common.thread_count() / ranks.size())) : serial_threads();
+  const auto threads = executor.parallel
+                           ? make_threads(std::max(1, command.common.thread_count() / processes_here(ranks.size())))
+                           : serial_threads();
   ProgressDisplay progress(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone,
                            build_plan(options.parameters));
 
@@ -229,15 +231,13 @@ int run_build(const BuildCommand& command) {
     if (ranks.rank() == 0) report.summary = std::move(summary);
   };
   try {
-    if (executor.ranks > 1)
-      run_forked_ranks(executor.ranks, body);
-    else
-      body(*single_rank());
+    run_on_ranks(executor.ranks, body);
   } catch (const Error&) {
     if (at_work && read_journals(command.output))
       spdlog::warn("what is done stays in {}: the same command with --resume goes on from there", command.output);
     throw;
   }
+  if (!is_first_process()) return 0;
   report.updated = going_on.follow;
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 

@@ -99,8 +99,9 @@ constexpr const char* kFooter =
     "\n"
     "Parameters come from the map. Names are kept. What is written, one label per input point, in input order:\n"
     "  .las -> .las    a copy: class 2 ground, 1 not, 7 far below; a dropped point keeps its class\n"
+    "  .laz -> .las    the same, not compressed: there is no encoder\n"
     "  .bin -> .label  u32: 40 terrain, 99 not, 0 dropped\n"
-    "  .pcd -> .labels u8: 1 terrain, 0 not";
+    "  .pcd, .ply, .npy -> .labels u8: 1 terrain, 0 not";
 
 }  // namespace
 

@@ -8,8 +8,10 @@
 #include <cstdio>
 #include <new>
 #include <span>
+#include <thread>
 
 #include "apps/btms/command.h"
+#include "apps/btms/process_group.h"
 #include "apps/btms/report.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
@@ -32,6 +34,8 @@ constexpr const char* kFooter =
     "3 bad input data, 4 verification mismatch, 130 stopped by the user.";
 
 int report_error(const Error& error, const CommonOptions& common) {
+  // What is wrong for all, the first process says; it ends the others, who get to say only what is wrong with them.
+  if (!is_first_process()) std::this_thread::sleep_for(std::chrono::milliseconds(500));
   // A rank that was stopped takes the others with it: whatever they say, the user's signal was the cause.
   const ErrorCode code = stop_signalled() ? ErrorCode::kCancelled : error.code();
   if (code == ErrorCode::kCancelled)
@@ -52,6 +56,7 @@ int report_error(const Error& error, const CommonOptions& common) {
 
 int run(const Command& command) {
   start_log(*command.common);
+  if (!is_first_process()) spdlog::set_level(spdlog::level::err);
   try {
     const int status = command.run();
     if (std::fflush(stdout) != 0) throw Error(ErrorCode::kFailed, "cannot write to stdout");
@@ -113,12 +118,13 @@ int parse_and_run(int argc, char** argv) {
 int main(int argc, char** argv) {
   btms::keep_freed_memory();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of its write
+  btms::ProcessGroup group(&argc, &argv);
   try {
-    return btms::parse_and_run(argc, argv);
+    return group.end(btms::parse_and_run(argc, argv));
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "btms: error: %s\n", btms::kOutOfMemory);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "btms: error: %s\n", error.what());
   }
-  return btms::exit_status(btms::ErrorCode::kFailed);
+  return group.end(btms::exit_status(btms::ErrorCode::kFailed));
 }

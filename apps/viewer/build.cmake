@@ -23,3 +23,4 @@ execute_process(COMMAND ${WORK}/node_modules/.bin/vite build --logLevel warn WOR
                 COMMAND_ERROR_IS_FATAL ANY)
 file(REMOVE_RECURSE ${VIEWER})
 file(COPY ${WORK}/dist/ DESTINATION ${VIEWER})
+file(TOUCH ${STAMP})  # only now: what failed is tried again by the next build

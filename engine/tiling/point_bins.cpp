@@ -318,10 +318,9 @@ void PointBins::append(Bytes& out, const Bin& bin) {
 }
 
 // What a rank sent becomes one block.
-void PointBins::receive(const std::vector<Bytes>& in) {
-  blocks_.clear();
-  pieces_.clear();
+void PointBins::receive(const std::vector<Bytes>& in, Received& received) {
   for (const Bytes& bytes : in) {
+    if (bytes.empty()) continue;
     auto points = std::make_unique_for_overwrite<BinnedPoint[]>(bytes.size() / sizeof(BinnedPoint));
     std::size_t n = 0;
     for (std::size_t at = 0; at < bytes.size();) {
@@ -330,14 +329,13 @@ void PointBins::receive(const std::vector<Bytes>& in) {
       at += sizeof header;
       std::memcpy(points.get() + n, bytes.data() + at, header.size * sizeof(BinnedPoint));
       at += header.size * sizeof(BinnedPoint);
-      pieces_.push_back(
-          {header.bin, static_cast<std::uint32_t>(blocks_.size()), static_cast<std::uint32_t>(n), header.size});
+      received.pieces.push_back(
+          {header.bin, static_cast<std::uint32_t>(received.blocks.size()), static_cast<std::uint32_t>(n), header.size});
       n += header.size;
     }
-    blocks_.push_back(std::make_unique<Block>());
-    keep(std::move(points), n, *blocks_.back());
+    received.blocks.push_back(std::make_unique<Block>());
+    keep(std::move(points), n, *received.blocks.back());
   }
-  group();
 }
 
 void PointBins::group() {

@@ -4,6 +4,7 @@
 // its points fit the cache while they are sorted by node, and a point needs 8 bytes. Bins know nothing of tiles.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -75,15 +76,28 @@ class PointBins {
   // Reads this rank's share of the sources (every size()-th block). `pager` outlives the bins.
   static PointBins read(std::span<const PointSource* const> sources, const BinGrid& grid, const Threads& threads,
                         const Ranks& ranks, Pager& pager, Progress& progress);
-  // Sends every bin to the rank owner(bin) names. Collective.
+  // Sends every bin to the rank owner(bin) names, a few megabytes at a time. Collective.
   template <class Owner>
   void redistribute(Ranks& ranks, const Owner& owner) {
     if (ranks.size() == 1) return;
-    std::vector<Bytes> out(static_cast<std::size_t>(ranks.size()));
+    constexpr std::uint64_t kRound_bytes = 4 << 20;
+    Received received;
     Scratch scratch;
-    for (std::size_t k = 0; k < size(); ++k)
-      take(k, scratch, [&](const Bin& bin) { append(out[static_cast<std::size_t>(owner(bin.id))], bin); });
-    receive(ranks.exchange(std::move(out)));
+    std::size_t k = 0;
+    for (bool more = true; more;) {
+      std::vector<Bytes> out(static_cast<std::size_t>(ranks.size()));
+      for (std::uint64_t bytes = 0; k < size() && bytes < kRound_bytes; ++k)
+        take(k, scratch, [&](const Bin& bin) {
+          append(out[static_cast<std::size_t>(owner(bin.id))], bin);
+          bytes += bin.size * sizeof(BinnedPoint);
+        });
+      receive(ranks.exchange(std::move(out)), received);
+      const std::vector<std::uint8_t> unfinished = ranks.gather(std::vector<std::uint8_t>{k < size()});
+      more = std::find(unfinished.begin(), unfinished.end(), 1) != unfinished.end();
+    }
+    blocks_ = std::move(received.blocks);
+    pieces_ = std::move(received.pieces);
+    group();
   }
 
   // Bins with points, ascending by id.
@@ -120,7 +134,11 @@ class PointBins {
   void let_go(std::size_t k);
   void discard(Block& block);
   static void append(Bytes& out, const Bin& bin);
-  void receive(const std::vector<Bytes>& in);
+  struct Received {
+    std::vector<std::unique_ptr<Block>> blocks;
+    std::vector<Piece> pieces;
+  };
+  void receive(const std::vector<Bytes>& in, Received& received);
   void group();
   std::span<const Piece> pieces(std::size_t k) const;
 

@@ -28,33 +28,20 @@ std::string joined(std::span<const std::string> words) {
   return text;
 }
 
-std::vector<fs::path> files_in(const fs::path& folder, std::vector<std::string>& warnings) {
+std::vector<fs::path> files_in(const fs::path& folder) {
   std::error_code error;
   std::vector<fs::path> files;
   const std::vector<std::string> known = known_point_extensions();
-  std::size_t laz = 0;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     // A folder that happens to be called x.las is not a point file; anything else of that name is for the reader to
     // judge.
     std::error_code ignored;
     if (it->is_directory(ignored)) continue;
     if (has_extension(it->path(), known)) files.push_back(it->path());
-    if (has_extension(it->path(), std::array{std::string(".laz")})) ++laz;
   }
   if (error) throw_input_error(error.value(), "read the folder", folder);
-  const std::string advice =
-      " not supported in this build: decompress to .las first, for example with `laszip -i a.laz "
-      "-o a.las` or `pdal translate a.laz a.las`";
-  if (files.empty()) {
-    throw Error(
-        ErrorCode::kUsage,
-        "no point files in this folder; known are " + joined(known) + (laz > 0 ? ". Its .laz files are" + advice : ""),
-        folder.string());
-  }
-  if (laz > 0) {
-    warnings.push_back(folder.string() + ": left out " + std::to_string(laz) +
-                       (laz == 1 ? " .laz file," : " .laz files,") + advice);
-  }
+  if (files.empty())
+    throw Error(ErrorCode::kUsage, "no point files in this folder; known are " + joined(known), folder.string());
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -78,7 +65,7 @@ void append(const fs::path& path, InputList& list) {
     list.paths.push_back(path);
     return;
   }
-  const std::vector<fs::path> inside = files_in(path, list.warnings);
+  const std::vector<fs::path> inside = files_in(path);
   list.paths.insert(list.paths.end(), inside.begin(), inside.end());
 }
 

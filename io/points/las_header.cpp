@@ -41,7 +41,7 @@ std::string decimal(double v) {
   return {text, std::to_chars(text, text + sizeof text, v).ptr};
 }
 
-const char* const kNoLaz = "LAZ (compressed LAS) is not supported in this build; decompress it to .las first";
+const char* const kNoLaz = "the points are compressed (LAZ); call the file .laz";
 
 // Magic, version and size of the header: what is needed to know how to read the rest.
 void read_preamble(const InputFile& file, const Bytes& b, LasHeader& h) {

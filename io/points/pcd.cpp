@@ -11,31 +11,15 @@
 #include "engine/tiling/millimetres.h"
 #include "io/points/little_endian.h"
 #include "io/points/lzf.h"
-#include "io/points/pcd_ascii.h"
+#include "io/points/metres.h"
 #include "io/points/pcd_header.h"
+#include "io/points/point_lines.h"
 #include "io/points/records.h"
 
 namespace btms {
 namespace {
 
 constexpr const char* kDataNames[] = {"ascii", "binary", "binary_compressed"};
-
-// Metres, one axis after the other. A float is exact in double and so is 1000 times it; a double loses at most 1e-5 mm.
-struct Metres {
-  double axis[3][kMmChunk];
-
-  void unpack(std::size_t to, const std::uint8_t* from, std::size_t stride, std::size_t value_bytes, std::size_t n) {
-    if (value_bytes == 4) {
-      for (std::size_t i = 0; i < n; ++i) axis[to][i] = static_cast<double>(load<float>(from + i * stride));
-    } else {
-      for (std::size_t i = 0; i < n; ++i) axis[to][i] = load<double>(from + i * stride);
-    }
-  }
-
-  void round(std::size_t n, PointBlock& block, std::size_t at) const {
-    round_into<double>({{axis[0], 1000, 0}, {axis[1], 1000, 0}, {axis[2], 1000, 0}}, n, block, at);
-  }
-};
 
 // What compressed files may keep unpacked, all open ones together.
 class ColumnMemory {
@@ -114,7 +98,13 @@ class PcdFile final : public PointFile {
   }
 
   void open_ascii() {
-    lines_.emplace(file_, header_);
+    LineLayout layout;
+    layout.offset = header_.data_offset;
+    layout.line = header_.data_line + 1;
+    layout.points = header_.points;
+    layout.columns = header_.columns;
+    for (std::size_t axis = 0; axis < 3; ++axis) layout.xyz[axis] = header_.xyz[axis].column;
+    lines_.emplace(file_, layout);
     if (lines_->trailing()) info_.warnings.emplace_back("there are lines behind the last point: ignored");
   }
 
@@ -167,35 +157,13 @@ class PcdFile final : public PointFile {
     }
   }
 
-  // float32 has steps of 8 mm beyond 10^5 m, of 0.5 m at a northing of 5 * 10^6 m.
   void warn_of_coarse_floats() {
-    constexpr std::int64_t kFar_mm = 100'000'000;
     if (header_.data == PcdData::kAscii) return;  // read as double, whatever SIZE says
-    if (header_.xyz[0].bytes != 4 && header_.xyz[1].bytes != 4) return;
-    PointBlock block;
-    read(0, std::min<std::uint64_t>(size(), 1024), block);
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      const bool dropped = block.x_mm[i] == PointBlock::kDroppedX;
-      if (dropped || (std::abs(block.x_mm[i]) <= kFar_mm && std::abs(block.y_mm[i]) <= kFar_mm)) continue;
-      info_.warnings.emplace_back(
-          "coordinates beyond 100 km as float32 have lost their precision (steps of 8 mm to 0.5 m); write them as "
-          "float64, or relative to a local origin");
-      return;
-    }
+    if (header_.xyz[0].bytes == 4 || header_.xyz[1].bytes == 4) btms::warn_of_coarse_floats(*this, info_.warnings);
   }
 
   void read_ascii(std::uint64_t first, std::size_t count, PointBlock& block) const {
-    Metres chunk;
-    std::size_t n = 0, done = 0;
-    const auto round = [&] {
-      chunk.round(n, block, done);
-      done += std::exchange(n, 0);
-    };
-    lines_->read(file_, header_, first, count, block.bytes, [&](const double* xyz) {
-      for (std::size_t axis = 0; axis < 3; ++axis) chunk.axis[axis][n] = xyz[axis];
-      if (++n == kMmChunk) round();
-    });
-    round();
+    read_lines(*lines_, file_, first, count, block);
   }
 
   void read_binary(std::uint64_t first, std::size_t count, PointBlock& block) const {
@@ -207,7 +175,7 @@ class PcdFile final : public PointFile {
     Metres chunk;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const PcdField& field = header_.xyz[axis];
-      chunk.unpack(axis, records + field.offset, header_.stride, field.bytes, n);
+      chunk.unpack(axis, records + field.offset, header_.stride, float_of(field.bytes), n);
     }
     chunk.round(n, block, at);
   }
@@ -232,7 +200,7 @@ class PcdFile final : public PointFile {
       const std::size_t n = std::min(kMmChunk, count - done);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::size_t bytes = header_.xyz[axis].bytes;
-        chunk.unpack(axis, columns[axis] + done * bytes, bytes, bytes, n);
+        chunk.unpack(axis, columns[axis] + done * bytes, bytes, float_of(bytes), n);
       }
       chunk.round(n, block, done);
     }
@@ -240,8 +208,8 @@ class PcdFile final : public PointFile {
 
   InputFile file_;
   PcdHeader header_;
-  std::optional<PcdLines> lines_;   // ascii only
-  std::optional<LzfRange> packed_;  // binary_compressed only
+  std::optional<PointLines> lines_;  // ascii only
+  std::optional<LzfRange> packed_;   // binary_compressed only
   ColumnMemory memory_;
   std::array<std::vector<std::uint8_t>, 3> columns_;  // x, y, z of a compressed file, unpacked; empty without memory
   PointFileInfo info_;

@@ -10,8 +10,9 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-constexpr std::uint64_t kMostValues = 65'536;  // COUNT of one field
-constexpr std::uint64_t kMostBytes = 1 << 24;  // of a record
+constexpr std::uint64_t kMostValues = 65'536;   // COUNT of one field
+constexpr std::uint64_t kMostBytes = 1 << 24;   // of a record
+constexpr std::size_t kMostHeader = 64 * 1024;  // bytes
 
 Words split(std::string_view line) {
   constexpr std::string_view kBlank = " \t\r";
@@ -56,7 +57,7 @@ class Parser {
   }
 
   void read_lines() {
-    text_.resize(std::min<std::uint64_t>(file_.size(), kPcdLineBytes));
+    text_.resize(std::min<std::uint64_t>(file_.size(), kMostHeader));
     const InputFile::Session session = file_.open();
     session.read(0, {reinterpret_cast<std::uint8_t*>(text_.data()), text_.size()});
     session.finish();

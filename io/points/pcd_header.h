@@ -31,9 +31,6 @@ struct PcdHeader {
   std::vector<std::string> warnings;
 };
 
-// Longest line of a header or of ascii data.
-inline constexpr std::size_t kPcdLineBytes = 64 * 1024;
-
 // Throws Error(kBadInput) with the line number in the text.
 PcdHeader read_pcd_header(const InputFile& file);
 

@@ -5,8 +5,11 @@
 #include "io/points/extension.h"
 #include "io/points/kitti.h"
 #include "io/points/las.h"
+#include "io/points/laz.h"
+#include "io/points/npy.h"
 #include "io/points/pcd.h"
 #include "io/points/plain_labels.h"
+#include "io/points/ply.h"
 
 namespace btms {
 namespace {
@@ -20,9 +23,10 @@ struct Format {
 };
 
 constexpr Format kFormats[] = {
-    {".las", open_las, nullptr, 0, create_las_labels},
-    {".bin", open_kitti, ".label", 4, create_kitti_labels},
-    {".pcd", open_pcd, ".labels", 1, create_byte_labels},
+    {".las", open_las, nullptr, 0, create_las_labels},      {".laz", open_laz, ".las", 0, create_laz_labels},
+    {".bin", open_kitti, ".label", 4, create_kitti_labels}, {".pcd", open_pcd, ".labels", 1, create_byte_labels},
+    {".ply", open_ply, ".labels", 1, create_byte_labels},
+    {".npy", open_npy, ".labels", 1, create_byte_labels},
 };
 
 struct ClassFormat {
@@ -32,6 +36,7 @@ struct ClassFormat {
 
 constexpr ClassFormat kClassFormats[] = {
     {".las", read_las_classes},
+    {".laz", read_laz_classes},
     {".label", read_kitti_classes},
     {".labels", read_byte_classes},
 };
@@ -43,12 +48,6 @@ const Row& row_for(const Row (&table)[n], const std::filesystem::path& path) {
   for (const Row& row : table) {
     if (extension == row.extension) return row;
     known += std::string(known.empty() ? "" : " ") + row.extension;
-  }
-  if (extension == ".laz") {
-    throw Error(ErrorCode::kBadInput,
-                "LAZ (compressed LAS) is not supported in this build; decompress it to .las first, for example with "
-                "`laszip -i a.laz -o a.las` or `pdal translate a.laz a.las`",
-                path.string());
   }
   throw Error(ErrorCode::kUsage, "no reader for the extension \"" + extension + "\"; expected one of " + known,
               path.string());
@@ -78,7 +77,8 @@ std::filesystem::path label_path(const std::filesystem::path& input, const std::
 
 std::uint64_t label_bytes(const PointFile& input) {
   const Format& format = row_for(kFormats, input.path());
-  return format.label_bytes > 0 ? format.label_bytes * input.size() : input.info().bytes;
+  if (format.label_bytes > 0) return format.label_bytes * input.size();
+  return input.info().label_bytes > 0 ? input.info().label_bytes : input.info().bytes;
 }
 
 std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder) {

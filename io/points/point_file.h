@@ -19,6 +19,7 @@ struct PointFileInfo {
   std::string format;  // "LAS 1.2, point format 3", "KITTI scan", "PCD 0.7 binary"
   std::uint64_t points = 0;
   std::uint64_t bytes = 0;
+  std::uint64_t label_bytes = 0;  // of a copy with labels, where that isn't as long as the file
   std::optional<std::array<double, 6>> declared_bounds_m;  // min x, y, z, max x, y, z as the header says: only a hint
   std::string crs;                                         // WKT, or "EPSG:n" from GeoTIFF keys, or empty
   std::vector<std::string> warnings;                       // what was odd but acceptable, one sentence each
@@ -32,9 +33,9 @@ class PointFile : public PointSource {
   virtual const PointFileInfo& info() const = 0;
 };
 
-// Opens by extension (.las .bin .pcd). Everything that can be checked without reading the points is checked here.
-// Throws Error(kBadInput) naming file, offset, what was found and what was expected; Error(kUsage) for an extension
-// that no reader knows, listing those that are known. Opening never blocks (a FIFO is refused).
+// Opens by extension (.las .laz .bin .pcd .ply). Everything that can be checked without reading the points is checked
+// here. Throws Error(kBadInput) naming file, offset, what was found and what was expected; Error(kUsage) for an
+// extension that no reader knows, listing those that are known. Opening never blocks (a FIFO is refused).
 std::unique_ptr<PointFile> open_points(const std::filesystem::path& path);
 
 // Extensions open_points knows, with the dot.
@@ -46,14 +47,15 @@ struct InputList {
 };
 
 // Files, folders (every known point file in them, not recursive, sorted by name) and globs, in the order given. A file
-// that is met again, by whatever name, is left out and warned of; so are .laz files in folders. Throws Error(kUsage)
+// that is met again, by whatever name, is left out and warned of. Throws Error(kUsage)
 // when an argument matches nothing.
 InputList expand_inputs(std::span<const std::string> arguments);
 
 // Receives the labels of one input and writes them in the format that belongs to it:
 //   .las -> .las  a copy with only the class changed: 2 terrain, 1 obstacle, 7 far below; dropped points keep theirs
+//   .laz -> .las  the same points and records, not compressed
 //   .bin -> .label  u32: 40 terrain, 99 obstacle and below, 0 dropped
-//   .pcd -> .labels u8: 1 terrain, 0 not
+//   .pcd, .ply -> .labels u8: 1 terrain, 0 not
 // write() is thread-safe for disjoint runs. Nothing is visible under the final name before commit(); without commit()
 // the temporary file is removed. Throws Error(kFailed) on any failed write.
 class LabelWriter {

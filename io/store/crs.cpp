@@ -1,25 +1,17 @@
 #include "io/store/crs.h"
 
-#include <proj.h>
-
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <string_view>
 
 #include "engine/error.h"
+#include "io/store/proj_objects.h"
 
 namespace btms {
 namespace {
 
-struct ContextDeleter {
-  void operator()(PJ_CONTEXT* c) const { proj_context_destroy(c); }
-};
-struct ObjectDeleter {
-  void operator()(PJ* p) const { proj_destroy(p); }
-};
-using Context = std::unique_ptr<PJ_CONTEXT, ContextDeleter>;
-using Object = std::unique_ptr<PJ, ObjectDeleter>;
+using Object = ProjObject;
 
 // EPSG method -> CF grid mapping; EPSG parameter -> CF attribute within it.
 struct Method {
@@ -146,9 +138,8 @@ Crs describe_crs(const std::string& text) {
     return Error(is_wkt ? ErrorCode::kBadInput : ErrorCode::kUsage,
                  "coordinate reference system '" + shown + "' " + why + "; expected \"EPSG:n\" or WKT");
   };
-  const Context context(proj_context_create());
+  const ProjContext context = quiet_proj_context();
   if (!context) throw Error(ErrorCode::kFailed, "PROJ could not start");
-  proj_log_level(context.get(), PJ_LOG_NONE);
 
   Object object(proj_create(context.get(), text.c_str()));
   if (!object || !proj_is_crs(object.get())) throw fail("is not known to PROJ");

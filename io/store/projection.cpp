@@ -1,28 +1,17 @@
 #include "io/store/projection.h"
 
-#include <proj.h>
-
 #include <mutex>
 
 #include "engine/error.h"
+#include "io/store/proj_objects.h"
 
 namespace btms {
 namespace {
 
-struct ContextDeleter {
-  void operator()(PJ_CONTEXT* c) const { proj_context_destroy(c); }
-};
-struct ObjectDeleter {
-  void operator()(PJ* p) const { proj_destroy(p); }
-};
-using Context = std::unique_ptr<PJ_CONTEXT, ContextDeleter>;
-using Object = std::unique_ptr<PJ, ObjectDeleter>;
-
 // x before y, or longitude before latitude, whatever the systems' own orders are.
-Object between(PJ_CONTEXT* context, const char* from, const char* to) {
-  const Object made(proj_create_crs_to_crs(context, from, to, nullptr));
-  if (!made) return nullptr;
-  return Object(proj_normalize_for_visualization(context, made.get()));
+ProjObject between(PJ_CONTEXT* context, PJ* from, PJ* to) {
+  const ProjObject made(from && to ? proj_create_crs_to_crs_from_pj(context, from, to, nullptr, nullptr) : nullptr);
+  return ProjObject(made ? proj_normalize_for_visualization(context, made.get()) : nullptr);
 }
 
 void convert(PJ* way, std::span<Place> places) {
@@ -35,8 +24,8 @@ void convert(PJ* way, std::span<Place> places) {
 }  // namespace
 
 struct Projection::Systems {
-  Context context{proj_context_create()};
-  Object from_mercator, to_degrees;
+  ProjContext context = quiet_proj_context();
+  ProjObject from_mercator, to_degrees;
   std::mutex mutex;  // PROJ objects serve one thread at a time
 };
 
@@ -44,9 +33,11 @@ Projection::Projection(const std::string& map_crs_wkt) : systems_(std::make_uniq
   if (map_crs_wkt.empty())
     throw Error(ErrorCode::kUsage, "the map names no reference system; `btms build --crs EPSG:n` gives it one");
   PJ_CONTEXT* context = systems_->context.get();
-  proj_log_level(context, PJ_LOG_NONE);
-  systems_->from_mercator = between(context, "EPSG:3857", map_crs_wkt.c_str());
-  systems_->to_degrees = between(context, map_crs_wkt.c_str(), "EPSG:4326");
+  // As WKT and nothing else: proj_create() would also open files that a text names.
+  const ProjObject map(proj_create_from_wkt(context, map_crs_wkt.c_str(), nullptr, nullptr, nullptr));
+  const ProjObject mercator(proj_create(context, "EPSG:3857")), degrees(proj_create(context, "EPSG:4326"));
+  systems_->from_mercator = between(context, mercator.get(), map.get());
+  systems_->to_degrees = between(context, map.get(), degrees.get());
   if (!systems_->from_mercator || !systems_->to_degrees)
     throw Error(ErrorCode::kUsage, "no way is known between the map's reference system and WGS 84");
 }

@@ -8,6 +8,7 @@
 #include "tests/cli/program.h"
 #include "tests/io/points/malformed_las.h"
 #include "tests/io/points/malformed_pcd.h"
+#include "tests/io/points/malformed_ply.h"
 
 namespace btms::test {
 namespace {
@@ -128,6 +129,16 @@ class Malformation : public testing::Test {
 TEST_F(Malformation, OfLasIsRefused) { expect_all_refused(bad_las_files(), "bad.las"); }
 TEST_F(Malformation, OfPcdIsRefused) { expect_all_refused(bad_pcd_files(), "bad.pcd"); }
 TEST_F(Malformation, OfPcdNumbersIsRefused) { expect_all_refused(unreadable_pcd_files(), "bad.pcd"); }
+TEST_F(Malformation, OfPlyIsRefused) { expect_all_refused(bad_ply_files(), "bad.ply"); }
+TEST_F(Malformation, OfPlyNumbersIsRefused) {
+  for (const Malformed& bad : unreadable_ply_files()) {
+    write_text(folder_ / "bad.ply", text_of(bad.make()));
+    expect_refused({"build", folder_ / "bad.ply", "-o", map()}, "bad.ply", bad.says);
+  }
+}
+TEST_F(Malformation, OfPlyIsAccepted) {
+  for (const Malformed& odd : odd_ply_files()) expect_accepted(odd, "odd.ply", {});
+}
 TEST_F(Malformation, OfScansIsRefused) { expect_all_refused(bad_scans(), "bad.bin"); }
 
 TEST_F(Malformation, OfLasIsAccepted) {

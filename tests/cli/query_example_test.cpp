@@ -1,48 +1,16 @@
 // The example of docs/query_library.md: it is what the page shows, and it runs.
-#include <array>
-#include <cstdio>
-
-#include "tests/cli/program.h"
+#include "tests/cli/shown_example.h"
 
 namespace btms::test {
 namespace {
 
-std::string trimmed(const std::string& line) {
-  const std::size_t begin = line.find_first_not_of(' ');
-  return begin == std::string::npos ? "" : line.substr(begin);
-}
-
-TEST(QueryExample, IsWhatThePageShows) {
-  const std::string source = BTMS_SOURCE_DIR;
-  std::istringstream example(read_text(source + "/apps/examples/query_map.cpp"));
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(example, line);) lines.push_back(trimmed(line));
-  const std::string page = read_text(source + "/docs/query_library.md");
-  const std::size_t begin = page.find("```cpp\n") + 7;
-  std::istringstream shown(page.substr(begin, page.find("```", begin) - begin));
-  auto at = lines.begin();
-  int compared = 0;
-  for (std::string line; std::getline(shown, line);) {
-    if (line.empty()) continue;
-    at = std::find(at, lines.end(), trimmed(line));
-    ASSERT_NE(at, lines.end()) << line;
-    ++compared;
-  }
-  EXPECT_GT(compared, 20);
-}
+TEST(QueryExample, IsWhatThePageShows) { expect_shown("query_library.md", "query_map.cpp"); }
 
 TEST(QueryExample, Runs) {
   const TempFolder folder;
   run_json({"synth", "--points", "100000", "-o", folder / "truth"});
   run_json({"build", folder / "truth", "-o", folder / "city.btms"});
-  const auto outcome = [&](const std::string& arguments) {
-    const std::string program = (fs::path(BTMS_PROGRAM).parent_path() / "query_map").string();
-    const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen((program + " " + arguments + " 2>&1").c_str(), "r"), pclose);
-    std::string out;
-    std::array<char, 4096> piece;
-    while (const std::size_t n = std::fread(piece.data(), 1, piece.size(), pipe.get())) out.append(piece.data(), n);
-    return out;
-  };
+  const auto outcome = [](const std::string& arguments) { return example_says("query_map", arguments); };
   const std::string answer = outcome(folder / "city.btms" + " 50 50 60 55");
   EXPECT_NE(answer.find("height "), std::string::npos) << answer;
   EXPECT_NE(answer.find("safe"), std::string::npos) << answer;

@@ -67,6 +67,8 @@ class Front {
 // points.cpp
 void las(Bytes);
 void pcd(Bytes);
+void ply(Bytes);
+void npy(Bytes);
 void kitti(Bytes);
 // lzf.cpp
 void lzf(Bytes);

@@ -7,8 +7,10 @@
 #include "io/points/kitti.h"
 #include "io/points/las.h"
 #include "io/points/las_header.h"
+#include "io/points/npy.h"
 #include "io/points/pcd.h"
 #include "io/points/plain_labels.h"
+#include "io/points/ply.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace btms::fuzz {
@@ -102,6 +104,14 @@ void pcd(Bytes bytes) {
     const auto labels = written(*create_byte_labels(*file, folder() / "copy.labels"), some_labels(all));
     require(labels.size() == all.size(), "a byte a point");
   });
+}
+
+void ply(Bytes bytes) {
+  accepted([&] { read_points(*open_ply(file_of(bytes, ".ply"))); });
+}
+
+void npy(Bytes bytes) {
+  accepted([&] { read_points(*open_npy(file_of(bytes, ".npy"))); });
 }
 
 void kitti(Bytes bytes) {

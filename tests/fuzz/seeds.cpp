@@ -15,6 +15,7 @@
 #include "tests/fuzz/fuzz.h"
 #include "tests/io/points/las_bytes.h"
 #include "tests/io/points/pcd_bytes.h"
+#include "tests/io/points/ply_bytes.h"
 
 namespace btms::test {
 namespace {
@@ -85,6 +86,26 @@ void seed_pcd() {
   store(&far[0], 1e30f);
   store(&far[20], std::numeric_limits<float>::quiet_NaN());
   seed("kitti", "dropped", far);
+}
+
+void seed_ply() {
+  const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
+  const std::string mixed = "property short a\nproperty double y\nproperty int x\nproperty uint8 z\n";
+  seed("ply", "ascii", ply_header("ascii", 3) + text_bytes("1 2 3\n-1.5e3 nan 0\n\n+7 8 inf"));
+  seed("ply", "ascii_faces", ply_header("ascii", 1, mixed, faces) + text_bytes("3 0 1 2\n1 2 3 4\n"));
+  seed("ply", "little", ply_header("binary_little_endian", 4) + Bytes(48, 66));
+  seed("ply", "big",
+       ply_header("binary_big_endian", 2, mixed, faces, "element edge 1\nproperty int v\n") +
+           (std::string{2, 0, 0, 0, 1, 0, 0, 0, 2} + Bytes(34, 64)));
+}
+
+void seed_npy() {
+  const std::string start("\x93NUMPY\x01\0", 8), newer("\x93NUMPY\x02\0", 8);
+  const std::string floats = "{'descr': '<f4', 'fortran_order': False, 'shape': (4, 3), }";
+  const std::string swapped = "{\"shape\":(2,4),\"fortran_order\":False,\"descr\":\">f8\"}\n";
+  const auto length = [](const std::string& text) { return static_cast<char>(text.size()); };
+  seed("npy", "floats", start + std::string{length(floats), 0} + floats + Bytes(48, 66));
+  seed("npy", "swapped", newer + std::string{length(swapped), 0, 0, 0} + swapped + Bytes(64, 64));
 }
 
 void seed_lzf() {
@@ -208,6 +229,8 @@ int main(int count, char** arguments) {
   root = arguments[1];
   seed_las();
   seed_pcd();
+  seed_ply();
+  seed_npy();
   seed_lzf();
   seed_texts();
   seed_labels();

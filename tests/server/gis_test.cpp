@@ -9,22 +9,7 @@
 namespace btms::test {
 namespace {
 
-class GisAnswers : public ServedCity {
- protected:
-  static void SetUpTestSuite() {
-    ServedCity::SetUpTestSuite();
-    service_ = std::make_unique<Service>(options());
-  }
-  static void TearDownTestSuite() {
-    service_.reset();
-    ServedCity::TearDownTestSuite();
-  }
-  static Response ask_request(const Request& request) { return service_->answer(request); }
-  static Response ask(const std::string& target) { return ask_request(get(target)); }
-
- private:
-  static inline std::unique_ptr<Service> service_;
-};
+using GisAnswers = AnsweredCity;
 
 TEST_F(GisAnswers, WebTilesHoldTheHeightsOfTheMap) {
   const nlohmann::json about = json(ask("/xyz/city.json"));
@@ -58,7 +43,7 @@ TEST_F(GisAnswers, WebTilesHoldTheHeightsOfTheMap) {
   EXPECT_GT(compared, 300);
   Request again = get(target);
   again.headers["if-none-match"] = header(tile, "ETag");
-  EXPECT_EQ(ask_request(again).status, 304);
+  EXPECT_EQ(ask(again).status, 304);
   // Coarse tiles come out of coarse levels.
   const int up = zoom - 3;
   const Response coarse =

@@ -23,32 +23,20 @@ std::string inflated(const std::string& packed, std::size_t most_bytes) {
   return out;
 }
 
-class Representations : public ServedCity {
+class Representations : public AnsweredCity {
  protected:
-  static void SetUpTestSuite() {
-    ServedCity::SetUpTestSuite();
-    service_ = std::make_unique<Service>(options());
-  }
-  static void TearDownTestSuite() {
-    service_.reset();
-    ServedCity::TearDownTestSuite();
-  }
   static Response ask(const std::string& target, const std::map<std::string, std::string>& headers = {},
                       const std::string& method = "GET") {
     Request r = request(method, target);
     r.headers = headers;
-    return service_->answer(r);
+    return service().answer(r);
   }
   static std::optional<Response> ask_at_once(const std::string& target,
                                              const std::map<std::string, std::string>& headers) {
     Request r = get(target);
     r.headers = headers;
-    return service_->answer_at_once(r);
+    return service().answer_at_once(r);
   }
-  static Service& service() { return *service_; }
-
- private:
-  static inline std::unique_ptr<Service> service_;
 };
 
 TEST_F(Representations, CompressedForThoseWhoTakeIt) {

@@ -14,7 +14,8 @@ class ServedCity : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TempFolder>();
     run_json({"synth", "--points", "300000", "-o", *folder_ / "truth"});
-    run_json({"build", *folder_ / "truth", "-o", map_path(), "--tile-cells", "2", "--crs", "EPSG:32632", "--updatable"});
+    run_json(
+        {"build", *folder_ / "truth", "-o", map_path(), "--tile-cells", "2", "--crs", "EPSG:32632", "--updatable"});
   }
   static void TearDownTestSuite() { folder_.reset(); }
   static std::string map_path() { return *folder_ / "city.btms"; }
@@ -49,6 +50,27 @@ class ServedCity : public testing::Test {
 
  private:
   static inline std::unique_ptr<TempFolder> folder_;
+};
+
+// The city and a service of it, for a whole suite.
+class AnsweredCity : public ServedCity {
+ protected:
+  static void SetUpTestSuite() {
+    ServedCity::SetUpTestSuite();
+    service_ = std::make_unique<Service>(options());
+  }
+  static void TearDownTestSuite() {
+    service_.reset();
+    ServedCity::TearDownTestSuite();
+  }
+  static Response ask(const Request& request) { return service_->answer(request); }
+  static Response ask(const std::string& target) { return ask(get(target)); }
+  static Response ask(const char* target) { return ask(std::string(target)); }
+  static std::string code_of(const Response& response) { return json(response).value("code", ""); }
+  static Service& service() { return *service_; }
+
+ private:
+  static inline std::unique_ptr<Service> service_;
 };
 
 }  // namespace btms::test

@@ -12,24 +12,7 @@
 namespace btms::test {
 namespace {
 
-class ServiceAnswers : public ServedCity {
- protected:
-  static void SetUpTestSuite() {
-    ServedCity::SetUpTestSuite();
-    service_ = std::make_unique<Service>(options());
-  }
-  static void TearDownTestSuite() {
-    service_.reset();
-    ServedCity::TearDownTestSuite();
-  }
-  static Response ask(const Request& request) { return service_->answer(request); }
-  static Response ask(const std::string& target) { return ask(get(target)); }
-  static std::string code_of(const Response& response) { return json(response).value("code", ""); }
-  static Service& service() { return *service_; }
-
- private:
-  static inline std::unique_ptr<Service> service_;
-};
+using ServiceAnswers = AnsweredCity;
 
 TEST_F(ServiceAnswers, DescribesItsMaps) {
   EXPECT_EQ(json(ask("/v1/maps"))[0]["id"], "city");

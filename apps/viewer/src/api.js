@@ -32,7 +32,7 @@ export class MapApi {
   async tiles(level) {
     return (await (await get(`${this.base}/tiles?level=${level}`)).json()).tiles;
   }
-  // ArrayBuffer, or null where the map has no data. The etag makes the URL another when the content is.
+  // ArrayBuffer, or null where the map has no data. The server has browsers ask whether what they keep is still true.
   async tile(id, layers, etag, signal) {
     const response = await get(`${this.base}/tiles/${id}?layers=${layers}`, { signal, cache: etag ? 'default' : 'no-cache' });
     return response.status === 204 ? null : response.arrayBuffer();

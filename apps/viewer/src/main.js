@@ -17,11 +17,11 @@ let marks = []; // {element, point}
 let drawn = []; // lines of the tool
 let ends = []; // of the route that is being drawn
 
-function say(text) {
+function say(text, stays = false) {
   $('message').textContent = text;
   $('message').hidden = !text;
   clearTimeout(say.timer);
-  if (text) say.timer = setTimeout(() => say(''), 8000);
+  if (text && !stays) say.timer = setTimeout(() => say(''), 8000);
 }
 const failed = (error) => {
   console.warn(error);
@@ -45,13 +45,17 @@ function update() {
   requestAnimationFrame(() => {
     pending = false;
     const { x, y, z } = stage.camera.position;
-    const eye = [x + terrain.origin[0], y + terrain.origin[1], Math.max(z, 0)];
+    // Above the highest ground: hilltops are as near as they can be.
+    const eye = [x + terrain.origin[0], y + terrain.origin[1], Math.max(z - (terrain.range[1] - terrain.origin[2]), 0)];
     terrain.update(eye);
     status();
   });
 }
 
+let turn = 0; // answers to what was asked before the last clearing are nobody's
+
 function clearTool() {
+  ++turn;
   for (const line of drawn) {
     stage.world.remove(line);
     line.geometry.dispose();
@@ -100,7 +104,9 @@ const kStates = { observed: 'observed', predicted: 'predicted from its surroundi
 
 async function look([x, y]) {
   clearTool();
+  const asked = turn;
   const h = await api.height(x, y);
+  if (asked !== turn) return;
   if (h.z === null) return answer('No surface here', [['Place', `${x.toFixed(1)}, ${y.toFixed(1)}`]]);
   addMark([x, y, h.z], 'pin', '');
   const slope = (Math.acos(Math.min(h.normal[2], 1)) * 180) / Math.PI;
@@ -135,12 +141,15 @@ async function route(point) {
   if (ends.length < 2) return answer('Route', [['Next', 'click where it should end']]);
   answer('Route', [['Searching', '…']]);
   const [from, to] = ends.map(([x, y]) => [x, y]);
+  const asked = turn;
   const found = await api.route(from, to);
+  if (asked !== turn) return;
   const isFound = found.status === 'found';
   const way = isFound ? found.points : ends;
   const line = way.map(([x, y]) => [x, y]);
   const length = isFound ? found.length_m : Math.hypot(to[0] - from[0], to[1] - from[1]);
   const [heights, check] = await Promise.all([api.profile(line, Math.max(length / 300, 0.5)), api.check(line)]);
+  if (asked !== turn) return;
   const points = isFound ? way : heights.map(([d, z]) => [from[0] + (d / length) * (to[0] - from[0]), from[1] + (d / length) * (to[1] - from[1]), z ?? point[2]]);
   if (!isFound) drawn.push(wayLine(points, terrain.origin, kBad, 4, true));
   else drawn.push(wayLine(points, terrain.origin, '#ffffff', 9), wayLine(points, terrain.origin, kRoute, 5));
@@ -175,15 +184,21 @@ function choseTool(next) {
 
 // Tiles that changed are fetched anew; their borders show for a moment where they lie.
 async function changed(data) {
-  await terrain.refresh();
-  Object.assign(facts, await api.facts());
+  const before = api;
+  const now = await api.facts();
+  await terrain.refresh(now);
+  if (before !== api) return; // another map is looked at
+  facts = now;
   update();
-  const ids = data.tiles.map((t) => t.id).filter((id) => terrain.tiles.get(id)?.mesh);
-  for (const id of ids.slice(0, 64)) {
-    const line = outline(terrain.tiles.get(id).mesh, kChanged);
+  for (const { id } of data.tiles.filter((t) => terrain.drawn.includes(t.id)).slice(0, 64)) {
+    const { mesh } = terrain.tiles.get(id);
+    const line = mesh && outline(mesh, kChanged);
+    if (!line) continue;
     stage.world.add(line);
     setTimeout(() => {
       stage.world.remove(line);
+      line.geometry.dispose();
+      line.material.dispose();
       stage.redraw();
     }, 4000);
   }
@@ -197,12 +212,16 @@ function listen() {
   events = api.events();
   events.addEventListener('tiles', (e) => changed(JSON.parse(e.data)).catch(failed));
   events.addEventListener('reset', () => changed({ tiles: [] }).catch(failed));
+  // The browser comes back by itself; what was missed it asks for then.
+  events.onerror = () => $('status-text').append(' · not connected');
+  events.onopen = status;
 }
 
 async function open(id) {
   if (terrain) {
     clearTool();
     stage.world.remove(terrain.group);
+    terrain.dispose();
   }
   api = new MapApi(id);
   facts = await api.facts();
@@ -225,17 +244,26 @@ async function open(id) {
   listen();
 }
 
-// A click is a press that does not move.
-function listenToClicks(canvas) {
+// What the tool does at a pixel of the view.
+function act(x, y) {
+  const hit = stage.pick(x, y, terrain.group.children);
+  if (!hit) return;
+  const point = [hit.x + terrain.origin[0], hit.y + terrain.origin[1], hit.z + terrain.origin[2]];
+  (tool === 'look' ? look(point) : route(point)).catch(failed);
+}
+
+// A click is a press that does not move. With the keyboard: arrows move, + and - zoom, Enter acts in the middle.
+function listenToView(canvas) {
   let down = null;
   canvas.addEventListener('pointerdown', (e) => (down = [e.clientX, e.clientY, e.button]));
   canvas.addEventListener('pointerup', (e) => {
     if (!down || down[2] !== 0 || Math.hypot(e.clientX - down[0], e.clientY - down[1]) > 4) return;
     const box = canvas.getBoundingClientRect();
-    const hit = stage.pick(e.clientX - box.left, e.clientY - box.top, terrain.group.children);
-    if (!hit) return;
-    const point = [hit.x + terrain.origin[0], hit.y + terrain.origin[1], hit.z + terrain.origin[2]];
-    (tool === 'look' ? look(point) : route(point)).catch(failed);
+    act(e.clientX - box.left, e.clientY - box.top);
+  });
+  canvas.addEventListener('keydown', (e) => {
+    if (e.key === 'Enter') act(...stage.middle());
+    if (e.key === '+' || e.key === '-') stage.zoom(e.key === '+' ? 0.8 : 1.25);
   });
 }
 
@@ -244,7 +272,7 @@ async function start() {
     stage = new Stage($('view'), { onMove: update });
   } catch {
     $('status').hidden = true;
-    return say('This page draws with WebGL 2, which this browser does not offer.');
+    return say('This page draws with WebGL 2, which this browser does not offer.', true);
   }
   stage.overlays.push(placeMarks);
   for (const l of layers) {
@@ -263,13 +291,13 @@ async function start() {
   $('home').addEventListener('click', () => stage.home(facts.bounds[2] - facts.bounds[0], facts.bounds[3] - facts.bounds[1]));
   addEventListener('keydown', (e) => e.key === 'Escape' && clearTool());
   const maps = await MapApi.list();
-  if (maps.length === 0) return say('The server has no map.');
+  if (maps.length === 0) return say('The server has no map.', true);
   const wanted = new URLSearchParams(location.search).get('map');
   for (const m of maps) $('maps').append(new Option(m.title, m.id, false, m.id === wanted));
   $('maps').hidden = maps.length === 1;
   $('maps').addEventListener('change', (e) => open(e.target.value).catch(failed));
   await open(maps.some((m) => m.id === wanted) ? wanted : maps[0].id);
-  listenToClicks($('view'));
+  listenToView($('view'));
 }
 
 start().catch(failed);

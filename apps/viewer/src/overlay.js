@@ -16,10 +16,11 @@ export function wayLine(points, origin, colour, width = 5, dashed = false) {
   return line;
 }
 
-// The border of a tile, at the height of the mesh's own border.
+// The border of a tile, at the height of the mesh's own border, where that is known; null where it is nowhere.
 export function outline(mesh, colour) {
-  const { positions, skirt } = mesh.shape;
-  const points = [...skirt].flatMap((v) => [positions[3 * v], positions[3 * v + 1], positions[3 * v + 2] + kLift_m]);
+  const { positions, skirt, known } = mesh.shape;
+  const points = [...skirt].filter((v) => known[v]).flatMap((v) => [positions[3 * v], positions[3 * v + 1], positions[3 * v + 2] + kLift_m]);
+  if (points.length < 6) return null;
   const geometry = new LineGeometry();
   geometry.setPositions(points);
   const line = new Line2(geometry, new LineMaterial({ color: colour, linewidth: 3, depthTest: false, transparent: true }));

@@ -60,6 +60,20 @@ export class Stage {
     this.onMove();
   }
 
+  // The pixel of what is looked at.
+  middle() {
+    const [x, y] = this.project(this.world.worldToLocal(this.controls.target.clone()));
+    return [x, y];
+  }
+
+  zoom(factor) {
+    const { target, minDistance, maxDistance } = this.controls;
+    const away = this.camera.position.clone().sub(target);
+    away.setLength(Math.min(Math.max(away.length() * factor, minDistance), maxDistance));
+    this.camera.position.copy(target).add(away);
+    this.controls.update();
+  }
+
   exaggerate(factor) {
     this.world.scale.z = factor;
     this.redraw();
@@ -74,6 +88,10 @@ export class Stage {
     this.controls.update();
     if (!this.dirty) return;
     this.dirty = false;
+    // Near enough for what is looked at, far enough for a depth buffer's digits.
+    const away = this.camera.position.distanceTo(this.controls.target);
+    this.camera.near = Math.max(away / 100, 0.5);
+    this.camera.updateProjectionMatrix();
     this.renderer.render(this.scene, this.camera);
     for (const draw of this.overlays) draw();
   }

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { parseRawTile } from './raw_tile.js';
 import { TileMesh } from './tile_mesh.js';
-import { choose, parseId } from './tiles.js';
+import { choose, parseId, tileId } from './tiles.js';
 
 const kFetches = 6, kMostTiles = 220, kRetry_ms = 3000;
 
@@ -28,8 +28,7 @@ export class Terrain {
   // What the map has; and from its coarsest tiles how high it is.
   async open(style) {
     this.style = style;
-    await this.refresh();
-    this.roots = [...this.etags.keys()].filter((id) => parseId(id)[0] === this.levels.length - 1);
+    await this.refresh(this.facts);
     const heights = [];
     for (const id of this.roots) {
       const tile = await this.fetchTile(id);
@@ -44,9 +43,13 @@ export class Terrain {
     this.relief = Math.min(Math.max(0.25 / Math.max(steep, 1e-3), 1), 6);
   }
 
-  async refresh() {
+  // Of a revision: `facts` are its own.
+  async refresh(facts) {
+    this.facts = facts;
+    this.levels = facts.levels;
     const lists = await Promise.all(this.levels.map((_, level) => this.api.tiles(level)));
     this.etags = new Map(lists.flat().map((t) => [t.id, t.etag]));
+    this.roots = [...this.etags.keys()].filter((id) => parseId(id)[0] === this.levels.length - 1);
   }
 
   get source() {
@@ -55,8 +58,12 @@ export class Terrain {
   }
 
   async fetchTile(id, signal) {
-    const buffer = await this.api.tile(id, this.source, this.etags.get(id), signal);
-    return buffer && parseRawTile(buffer);
+    const layers = this.source;
+    const buffer = await this.api.tile(id, layers, this.etags.get(id), signal);
+    if (!buffer) return null;
+    const tile = parseRawTile(buffer);
+    if (tileId(tile.level, tile.tx, tile.ty) !== id || tile.layers.length !== layers.split(',').length) throw new Error('another tile than was asked for');
+    return tile;
   }
 
   isFresh(id) {
@@ -80,7 +87,12 @@ export class Terrain {
       ready: (id) => this.tiles.has(id),
       eye,
     });
-    for (const id of draw) this.tiles.get(id).used = this.clock;
+    // With all above it: what is zoomed out to next.
+    for (const id of draw)
+      for (let [level, tx, ty] = parseId(id); level < this.levels.length; ++level, tx >>= 1, ty >>= 1) {
+        const tile = this.tiles.get(tileId(level, tx, ty));
+        if (tile) tile.used = this.clock;
+      }
     const stale = draw.filter((id) => !this.isFresh(id));
     const wanted = [...load, ...stale];
     this.wanted = wanted.length;
@@ -111,8 +123,9 @@ export class Terrain {
     const { source } = this, etag = this.etags.get(id);
     try {
       const tile = await this.fetchTile(id, abort.signal);
+      if (source !== this.source || abort.signal.aborted) return; // another layer is looked at by now
       const mesh = tile && new TileMesh(tile, this.origin);
-      if (mesh && source === this.source) mesh.paint(this.style, this.range, this.relief);
+      mesh?.paint(this.style, this.range, this.relief);
       this.tiles.get(id)?.mesh?.dispose();
       this.tiles.set(id, { mesh, etag, source, used: this.clock });
       this.failed.delete(id);
@@ -131,11 +144,19 @@ export class Terrain {
 
   evict() {
     if (this.tiles.size <= kMostTiles) return;
-    const old = [...this.tiles].filter(([, t]) => t.used < this.clock).sort((a, b) => a[1].used - b[1].used);
+    const old = [...this.tiles].filter(([id, t]) => t.used < this.clock && !this.roots.includes(id)).sort((a, b) => a[1].used - b[1].used);
     for (const [id, tile] of old.slice(0, this.tiles.size - kMostTiles)) {
       tile.mesh?.dispose();
       this.tiles.delete(id);
     }
+  }
+
+  dispose() {
+    for (const abort of this.fetching.values()) abort.abort();
+    for (const tile of this.tiles.values()) tile.mesh?.dispose();
+    this.tiles.clear();
+    this.group.clear();
+    this.roots = null;
   }
 
   get idle() {

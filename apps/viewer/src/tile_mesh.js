@@ -5,7 +5,8 @@ import { kFilled, kPaper, shade } from './layers.js';
 
 const material = new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide });
 
-// Values of the grid's vertex (i, j), i to the east from -1 to cols, j to the north from -1 to rows.
+// Values of the grid's vertex (i, j), i to the east from -1 to cols, j to the north from -1 to rows; those of the next
+// cell at the border.
 export function sampler(tile, layer) {
   const values = tile.layers[layer];
   return (i, j) => {
@@ -15,13 +16,29 @@ export function sampler(tile, layer) {
   };
 }
 
+// Heights of vertices: at the border, half a cell further out, the slope goes on.
+export function heights(tile) {
+  const inside = sampler(tile, 0);
+  const on = (a, b) => (Number.isNaN(b) ? a : 1.5 * a - 0.5 * b);
+  const along = (i, j) => {
+    if (i < 0) return on(inside(0, j), inside(1, j));
+    if (i >= tile.cols) return on(inside(tile.cols - 1, j), inside(tile.cols - 2, j));
+    return inside(i, j);
+  };
+  return (i, j) => {
+    if (j < 0) return on(along(i, 0), along(i, 1));
+    if (j >= tile.rows) return on(along(i, tile.rows - 1), along(i, tile.rows - 2));
+    return along(i, j);
+  };
+}
+
 // Metres from the tile's south-west corner to vertex i of n.
 const along = (i, n, cell_m) => Math.min(Math.max(i + 0.5, 0), n) * cell_m;
 
 // {positions, index}: the height of a place without a surface is NaN and no triangle touches it.
 export function surface(tile, heightOrigin) {
   const { rows, cols, cell_m } = tile;
-  const height = sampler(tile, 0);
+  const height = heights(tile);
   const w = cols + 2, h = rows + 2;
   const count = w * h + 2 * (w + h);
   const positions = new Float32Array(count * 3);
@@ -57,7 +74,7 @@ export function surface(tile, heightOrigin) {
     }
     ++n;
   });
-  return { positions, index, skirt, w, h };
+  return { positions, index, skirt, known, w, h };
 }
 
 // Colours of the vertices, shaded; `style`: a layer of layers.js, `range` what its ramp spans.
@@ -70,10 +87,12 @@ export function colours(tile, { w, h, skirt }, style, range, relief) {
   for (let j = -1; j <= rows; ++j)
     for (let i = -1; i <= cols; ++i, ++n) {
       if (Number.isNaN(height(i, j))) continue;
-      const west = Math.max(i - 1, 0), east = Math.min(i + 1, cols - 1), south = Math.max(j - 1, 0), north = Math.min(j + 1, rows - 1);
+      // Of the two next cells inside where there is none on one side.
+      const west = Math.min(Math.max(i - 1, 0), cols - 2), east = Math.max(Math.min(i + 1, cols - 1), 1);
+      const south = Math.min(Math.max(j - 1, 0), rows - 2), north = Math.max(Math.min(j + 1, rows - 1), 1);
       const light = shade(
-        rise(height(west, j), height(east, j), Math.max(east - west, 1) * cell_m),
-        rise(height(i, south), height(i, north), Math.max(north - south, 1) * cell_m),
+        rise(height(west, j), height(east, j), (east - west) * cell_m),
+        rise(height(i, south), height(i, north), (north - south) * cell_m),
       );
       let c = style.colour(style.source === 'class' ? state(i, j) : value(i, j), range);
       // Guesses recede, unless they are what is looked at.

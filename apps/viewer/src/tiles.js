@@ -24,16 +24,21 @@ export function distanceTo(id, levels, eye) {
   return Math.hypot(dx, dy, eye[2]);
 }
 
+const kDepth = 3; // levels that are searched for what can stand in for a tile
+
 // {draw, load}: ids to draw now, none over another, and those to fetch, most urgent first. `exists(id)` says what the
-// map has, `ready(id)` what is here. A tile gives way to its children only when all of them can be drawn.
+// map has, `ready(id)` what is here. A tile gives way to its children only when all of them can be drawn; where it is not
+// here itself, what is below it is better than nothing.
 export function choose({ levels, roots, exists, ready, eye, detail = 2.5 }) {
   const draw = [];
   const load = [];
   const want = (id) => load.push({ id, distance: distanceTo(id, levels, eye) / edgeOf(id, levels) });
+  const readyBelow = (id, depth) =>
+    depth === 0 ? [] : children(id).filter(exists).flatMap((child) => (ready(child) ? [child] : readyBelow(child, depth - 1)));
   const visit = (id, into) => {
     const finer = distanceTo(id, levels, eye) < detail * edgeOf(id, levels) ? children(id).filter(exists) : [];
+    const below = [];
     if (finer.length > 0) {
-      const below = [];
       // All of them, so that what is missing is asked for at once.
       const whole = finer.map((child) => visit(child, below)).every(Boolean);
       if (whole) {
@@ -46,6 +51,7 @@ export function choose({ levels, roots, exists, ready, eye, detail = 2.5 }) {
       return true;
     }
     want(id);
+    into.push(...(finer.length > 0 ? below : readyBelow(id, kDepth)));
     return false;
   };
   for (const id of roots) visit(id, draw);

@@ -62,6 +62,7 @@ async function main() {
 
     // Every layer looks different, and says what its colours mean.
     const sums = new Map([['height', height.sum]]);
+    const legends = new Set([await page.innerText('#legend')]);
     for (const id of ['state', 'cost', 'slope', 'uncertainty']) {
       await page.check(`input[value=${id}]`);
       await page.waitForTimeout(150);
@@ -71,7 +72,9 @@ async function main() {
       const { sum } = await colours();
       for (const [other, was] of sums) assert.notEqual(sum, was, `${id} looks like ${other}`);
       sums.set(id, sum);
-      assert.ok((await page.innerText('#legend')).length > 10);
+      const legend = await page.innerText('#legend');
+      assert.ok(legend.length > 10 && !legends.has(legend), legend);
+      legends.add(legend);
     }
 
     // A click says what `btms query` says.
@@ -85,6 +88,14 @@ async function main() {
     assert.ok(Math.abs(Number(said.match(/(-?\d+\.\d+) m/)[1]) - asked.z) < 0.1, `${said} against ${asked.z}`);
     assert.match(said, new RegExp(asked.state));
     await shot('answer');
+
+    // The same without a mouse.
+    await page.keyboard.press('Escape');
+    await page.focus('#view');
+    for (const key of ['+', 'ArrowUp', '-', 'Enter']) await page.keyboard.press(key);
+    await page.waitForSelector('#answer dl dd');
+    assert.match(await page.innerText('#answer'), /Place/);
+    await page.click('#home');
 
     // A route, its profile and its check. The places are where streets are in the picture.
     await page.check('input[value=cost]');
@@ -103,8 +114,11 @@ async function main() {
     // A new revision shows by itself.
     assert.equal(await page.getAttribute('body', 'data-revision'), '1');
     execFileSync('sh', ['-c', `"$0" synth --points 20000 --seed 5 -o "$1" --quiet && "$0" build "$1" -o "$2" --update --quiet`, btms, join(folder, 'more'), map]);
+    const before = (await colours()).sum;
     await page.waitForSelector('body[data-revision="2"]', { timeout: 15000 });
     await idle();
+    await page.waitForSelector('#message', { state: 'hidden', timeout: 15000 });
+    assert.notEqual((await colours()).sum, before, 'the picture is that of the new revision');
     assert.ok(Number(await page.getAttribute('body', 'data-changed')) > 0);
     await shot('update');
 

@@ -28,3 +28,12 @@ test('steps of a chart are round', () => {
   assert.equal(step(439, 4), 200);
   assert.equal(step(2.3, 4), 1);
 });
+
+test('a border goes on as the slope inside does', async () => {
+  const { heights } = await import('../src/tile_mesh.js');
+  const tile = { rows: 4, cols: 4, layers: [Float32Array.from({ length: 16 }, (_, k) => (k % 4) * 2 + (3 - Math.floor(k / 4)) * 10)] };
+  const height = heights(tile);
+  assert.deepEqual([-1, 0, 1, 3, 4].map((i) => height(i, 1)), [9, 10, 12, 16, 17]);
+  assert.deepEqual([-1, 0, 3, 4].map((j) => height(0, j)), [-5, 0, 30, 35]);
+  assert.equal(height(4, 4), 42);
+});

@@ -92,10 +92,10 @@ inline const std::vector<Malformed>& bad_las_files() {
        {":104:", "point format 11", "0 to 10"},
        [] { return changed({}, [](Bytes& b) { b[104] = 11; }); }},
       {12, "Format127", {"point format 127"}, [] { return changed({}, [](Bytes& b) { b[104] = 127; }); }},
-      {13, "CompressedBit", {"LAZ", "decompress"}, [] { return changed({}, [](Bytes& b) { b[104] = 0x81; }); }},
+      {13, "CompressedBit", {"LAZ", "call the file .laz"}, [] { return changed({}, [](Bytes& b) { b[104] = 0x81; }); }},
       {13,
        "LazVlr",
-       {"LAZ", "decompress"},
+       {"LAZ", "call the file .laz"},
        [] {
          LasSpec s;
          s.vlrs = {{"laszip encoded", 22204, Bytes(34)}};

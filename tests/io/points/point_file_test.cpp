@@ -8,13 +8,13 @@ namespace btms::test {
 namespace {
 
 TEST(PointFile, KnowsItsExtensions) {
-  EXPECT_EQ(known_point_extensions(), (std::vector<std::string>{".las", ".bin", ".pcd"}));
+  EXPECT_EQ(known_point_extensions(), (std::vector<std::string>{".las", ".laz", ".bin", ".pcd", ".ply", ".npy"}));
   const TemporaryFolder folder;
   EXPECT_EQ(open_points(folder.write("A.LAS", las_bytes({})))->size(), 3u);
   const auto text = folder.write("a.txt", std::string("1 2 3"));
-  expect_error(ErrorCode::kUsage, text, {".txt", ".las .bin .pcd"}, [&] { open_points(text); });
+  expect_error(ErrorCode::kUsage, text, {".txt", ".las .laz .bin .pcd .ply .npy"}, [&] { open_points(text); });
   const auto laz = folder.write("a.laz", las_bytes({}));
-  expect_error(ErrorCode::kBadInput, laz, {"LAZ", "decompress"}, [&] { open_points(laz); });
+  expect_error(ErrorCode::kBadInput, laz, {"not compressed", "call it .las"}, [&] { open_points(laz); });
 }
 
 TEST(PointFile, ReadsClassesWhateverTheCaseOfTheExtension) {
@@ -27,7 +27,7 @@ TEST(PointFile, ReadsClassesWhateverTheCaseOfTheExtension) {
 
 TEST(PointFile, RefusesWhatIsNotARegularFile) {
   const TemporaryFolder folder;
-  for (const char* extension : {".las", ".bin", ".pcd"}) {
+  for (const char* extension : {".las", ".laz", ".bin", ".pcd", ".ply"}) {
     SCOPED_TRACE(extension);
     const std::string e = extension;
     const auto refused = [&](const std::string& name, const std::string& says) {
@@ -88,7 +88,7 @@ using Names = std::vector<std::string>;
 
 TEST_F(Inputs, KeepTheOrderGiven) { EXPECT_EQ(names({"c.PCD", "a.bin"}), (Names{"c.PCD", "a.bin"})); }
 TEST_F(Inputs, OfAFolderAreItsPointFilesByName) {
-  EXPECT_EQ(names({""}), (Names{"1.las", "[1].las", "a.bin", "b.las", "c.PCD"}));
+  EXPECT_EQ(names({""}), (Names{"1.las", "[1].las", "a.bin", "b.las", "c.PCD", "d.laz"}));
 }
 TEST_F(Inputs, OfAPatternAreItsMatchesByName) {
   EXPECT_EQ(names({"?.*[sn]"}), (Names{"1.las", "a.bin", "b.las"}));
@@ -108,15 +108,6 @@ TEST_F(Inputs, CountAFileOnceWhateverItIsCalled) {
   EXPECT_NE(warnings[1].find("link.las"), std::string::npos);
   EXPECT_EQ(names({"a.bin"}), (Names{"a.bin"}));
   EXPECT_TRUE(warnings.empty());
-}
-TEST_F(Inputs, WarnOfLazFilesBesideOthers) {
-  names({""});
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_NE(warnings[0].find("1 .laz file,"), std::string::npos) << warnings[0];
-}
-TEST_F(Inputs, SayThatLazIsNotSupported) {
-  folder.write("empty/a.laz", std::string("x"));
-  expect_error(ErrorCode::kUsage, folder / "empty", {".laz", "not supported"}, [&] { names({"empty"}); });
 }
 
 }  // namespace

@@ -61,17 +61,6 @@ TEST_F(RealData, LasCopyDiffersInTheClassOnly) {
   EXPECT_EQ(copy, original);
 }
 
-TEST_F(RealData, LazIsRefusedByName) {
-  for (const char* name : {"formats/Example.laz", "formats/example.copc.laz", "lake/topography.laz"}) {
-    REQUIRE_FILE(at(name));
-    expect_error(ErrorCode::kBadInput, at(name), {"LAZ"}, [&] { open_points(at(name)); });
-    // Nor does another name help.
-    const TemporaryFolder folder;
-    const auto renamed = folder.write("a.las", read_bytes(at(name)));
-    expect_error(ErrorCode::kBadInput, renamed, {"LAZ"}, [&] { open_points(renamed); });
-  }
-}
-
 TEST_F(RealData, KittiScansHaveALabelAPoint) {
   REQUIRE_FILE(at("semantickitti/full_scans/velodyne/000000.bin"));
   const auto file = open_points(at("semantickitti/full_scans/velodyne/000000.bin"));

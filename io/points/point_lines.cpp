@@ -1,4 +1,4 @@
-#include "io/points/pcd_ascii.h"
+#include "io/points/point_lines.h"
 
 #include <algorithm>
 #include <charconv>
@@ -11,11 +11,7 @@ namespace {
 
 constexpr std::uint64_t kSpacing = 1024;
 constexpr std::size_t kBlock = std::size_t{1} << 18;  // more than a line
-static_assert(kBlock > kPcdLineBytes);
-
-constexpr std::string_view kBlank = " \t\r";
-
-bool is_blank(std::string_view line) { return line.find_first_not_of(kBlank) == line.npos; }
+static_assert(kBlock > kLineBytes);
 
 // Calls visit(line, offset, number) until it returns false or the range ends.
 template <typename Visit>
@@ -33,8 +29,8 @@ void for_each_line(const InputFile& file, std::uint64_t at, std::uint64_t end, s
       const bool last = at + n == end;
       if (newline == text.npos && !last && begin != 0) break;  // cut by the block: read again from its start
       if (newline == text.npos) newline = n;
-      if (newline - begin > kPcdLineBytes) {
-        file.refuse("line " + std::to_string(number) + " is longer than " + std::to_string(kPcdLineBytes) + " bytes",
+      if (newline - begin > kLineBytes) {
+        file.refuse("line " + std::to_string(number) + " is longer than " + std::to_string(kLineBytes) + " bytes",
                     at + begin);
       }
       if (!visit(text.substr(begin, newline - begin), at + begin, number)) return session.finish();
@@ -47,7 +43,7 @@ void for_each_line(const InputFile& file, std::uint64_t at, std::uint64_t end, s
 }
 
 // "nan" and "inf" are numbers here; they are dropped later.
-bool parse(std::string_view word, double& value) {
+bool parse_number(std::string_view word, double& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size()) return false;
@@ -56,61 +52,67 @@ bool parse(std::string_view word, double& value) {
   return error != std::errc::invalid_argument;
 }
 
-void parse_line(const InputFile& file, const PcdHeader& header, std::string_view line, std::uint64_t offset,
-                std::uint64_t number, double* xyz) {
+}  // namespace
+
+bool PointLines::counts(std::string_view line) const {
+  const std::size_t first = line.find_first_not_of(layout_.separators);
+  return first != line.npos && !(layout_.comments && line[first] == '#');
+}
+
+void PointLines::parse(const InputFile& file, std::string_view line, std::uint64_t offset, std::uint64_t number,
+                       double* xyz) const {
   std::size_t column = 0;
-  for (std::size_t at = 0; (at = line.find_first_not_of(kBlank, at)) != line.npos; ++column) {
-    const std::size_t end = std::min(line.find_first_of(kBlank, at), line.size());
+  for (std::size_t at = 0; (at = line.find_first_not_of(layout_.separators, at)) != line.npos; ++column) {
+    const std::size_t end = std::min(line.find_first_of(layout_.separators, at), line.size());
     const std::string_view word = line.substr(at, end - at);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (header.xyz[axis].column != column || parse(word, xyz[axis])) continue;
+      if (layout_.xyz[axis] != column || parse_number(word, xyz[axis])) continue;
       file.refuse("line " + std::to_string(number) + ": found \"" + std::string(word.substr(0, 40)) +
                       "\", expected a number for " + "xyz"[axis],
                   offset + at);
     }
     at = end;
   }
-  if (column == header.columns) return;
+  if (column == layout_.columns) return;
   file.refuse("line " + std::to_string(number) + ": found " + std::to_string(column) + " numbers, expected " +
-                  std::to_string(header.columns),
+                  std::to_string(layout_.columns),
               offset);
 }
 
-}  // namespace
-
-PcdLines::PcdLines(const InputFile& file, const PcdHeader& header) {
+PointLines::PointLines(const InputFile& file, const LineLayout& layout) : layout_(layout) {
   std::vector<std::uint8_t> buffer;
-  std::uint64_t found = 0;
-  Mark end{header.data_offset, header.data_line + 1};
-  for_each_line(file, header.data_offset, file.size(), header.data_line + 1, buffer,
+  std::uint64_t skipped = 0;
+  Mark end{layout.offset, layout.line};
+  for_each_line(file, layout.offset, file.size(), layout.line, buffer,
                 [&](std::string_view line, std::uint64_t offset, std::uint64_t number) {
-                  if (is_blank(line)) return true;
-                  trailing_ = found == header.points;
+                  if (!counts(line)) return true;
+                  if (skipped < layout.skip) return ++skipped, true;
+                  trailing_ = points_ == layout.points;
                   if (trailing_) return false;
-                  if (found++ % kSpacing == 0) marks_.push_back({offset, number});
+                  if (points_++ % kSpacing == 0) marks_.push_back({offset, number});
                   end = {std::min(offset + line.size() + 1, file.size()), number + 1};
                   return true;
                 });
   marks_.push_back(end);
-  if (found < header.points) {
-    file.refuse("header declares " + std::to_string(header.points) + " points, found " + std::to_string(found) +
+  if (layout.points != LineLayout::kAll && points_ < layout.points) {
+    file.refuse("header declares " + std::to_string(layout.points) + " points, found " + std::to_string(points_) +
                     " lines; the file is truncated",
-                header.data_offset);
+                layout.offset);
   }
 }
 
-void PcdLines::read(const InputFile& file, const PcdHeader& header, std::uint64_t first, std::size_t count,
-                    std::vector<std::uint8_t>& scratch, const std::function<void(const double*)>& visit) const {
+void PointLines::read(const InputFile& file, std::uint64_t first, std::size_t count, std::vector<std::uint8_t>& scratch,
+                      const std::function<void(const double*)>& visit) const {
   if (count == 0) return;
   const Mark& start = marks_[first / kSpacing];
   std::uint64_t point = first - first % kSpacing;
   const std::uint64_t end = first + count;
   for_each_line(file, start.offset, marks_.back().offset, start.line, scratch,
                 [&](std::string_view line, std::uint64_t offset, std::uint64_t number) {
-                  if (is_blank(line)) return true;
+                  if (!counts(line)) return true;
                   if (point >= first) {
                     double xyz[3];
-                    parse_line(file, header, line, offset, number, xyz);
+                    parse(file, line, offset, number, xyz);
                     visit(xyz);
                   }
                   return ++point < end;

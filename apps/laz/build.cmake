@@ -1,0 +1,18 @@
+# cmake -P: fetches the decoder and puts what runs into TO.
+cmake_minimum_required(VERSION 3.25)
+foreach(name IN LISTS SOURCES)
+  configure_file(${FROM}/${name} ${WORK}/${name} COPYONLY)
+endforeach()
+execute_process(COMMAND ${NPM} ci --no-audit --no-fund WORKING_DIRECTORY ${WORK} RESULT_VARIABLE status
+                OUTPUT_VARIABLE said ERROR_VARIABLE said)
+if(NOT status EQUAL 0)
+  message(WARNING "LAZ: not read, its decoder can't be fetched (npm ci):\n${said}")
+  return()
+endif()
+file(REMOVE_RECURSE ${TO})
+file(COPY ${WORK}/decode.js DESTINATION ${TO})
+set(package ${WORK}/node_modules/laz-perf)
+file(COPY ${package}/package.json DESTINATION ${TO}/node_modules/laz-perf)
+foreach(name index.js laz-perf.js laz-perf.wasm)
+  file(COPY ${package}/lib/node/${name} DESTINATION ${TO}/node_modules/laz-perf/lib/node)
+endforeach()
