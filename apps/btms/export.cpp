@@ -238,9 +238,10 @@ constexpr const char* kFooter =
     "  btms export city.btms -o pointcloud_map.pcd --res 0.5               ground points in tiles, for Autoware\n"
     "  btms export city.btms -o city.graph                                 the traversability graph\n"
     "\n"
-    "Values are those of `btms query` at the centres of the squares. Squares begin at whole multiples of their edge; "
-    "a\n"
-    "box is widened to whole squares. GeoTIFFs may be larger than memory, the other forms have at most 2^24 values.";
+    "Values of rasters are those of `btms query` at the centres of the squares, heights of triangles those at their\n"
+    "corners. Squares begin at whole multiples of their edge; a box is widened to whole squares. Arrays, NetCDF, "
+    "pictures\n"
+    "and Nav2 maps have at most 2^24 values, the other forms may be larger than memory.";
 
 }  // namespace
 

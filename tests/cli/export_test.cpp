@@ -144,6 +144,10 @@ TEST_F(CliExport, MistakesAreNamedAndNothingIsWritten) {
   refused({"--res", "0"}, "x.tif", "0.001");
   refused({"--res", "0.002"}, "x.npy", "larger squares");
   refused({"--cog"}, "x.npy", "--cog");
+  refused({"--res", "1"}, "x.glb", "--level");
+  refused({"--level", "1"}, "x.graph", "--level");
+  refused({"--tile-m", "21"}, "x.pcd", "whole squares");
+  refused({"--res", "0.501"}, "x.nc", "even number of millimetres");
   write_text(file("there.tif"), "mine");
   EXPECT_EQ(run({"export", map(), "-o", file("there.tif")}).status, 2);
   EXPECT_EQ(read_text(file("there.tif")), "mine");

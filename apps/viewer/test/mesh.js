@@ -52,11 +52,12 @@ function expectOnBox(outline, positions, origin, [x0, y0, x1, y1]) {
 }
 
 async function main() {
-  run(['synth', '--points', '150000', '-o', join(folder, 'truth'), '--quiet']);
+  // Where the blocks that a mesh is made of meet, in the middle of the map.
+  run(['synth', '--points', '150000', '--origin=-64,-64', '-o', join(folder, 'truth'), '--quiet']);
   const map = join(folder, 'city.btms');
   run(['build', join(folder, 'truth'), '-o', map, '--tile-cells', '1', '--quiet']);
   for (const level of [0, 2, 4]) {
-    const box = [0, 0, 128, 128]; // over many tiles of 16 x 16 squares, and none at the end of the map
+    const box = [-64, -64, 64, 64]; // over many tiles of 16 x 16 squares, and none at the end of the map
     const options = ['--level', `${level}`, '--bbox', box.join(), '--json'];
     const glb = JSON.parse(run(['export', map, '-o', join(folder, `${level}.glb`), ...options]));
     const ply = JSON.parse(run(['export', map, '-o', join(folder, `${level}.ply`), ...options]));
