@@ -8,7 +8,7 @@ core="build-essential cmake ninja-build pkg-config libeigen3-dev libtbb-dev libn
 libbenchmark-dev libgtest-dev libgmock-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libyaml-cpp-dev libpng-dev libtiff-dev \
 libboost-dev libxxhash-dev libisal-dev libproj-dev libseccomp-dev zlib1g-dev curl"
 gis="gdal-bin python3-gdal netcdf-bin python3-h5py python3-xarray python3-netcdf4"
-peers="libpcl-dev"  # large; for -DBTMS_WITH_PCL=ON
+peers="libpcl-dev pcl-tools"  # large; for -DBTMS_WITH_PCL=ON, and a test of exports
 planning="libompl-dev"  # apps/examples/ompl_plan.cpp
 python="python3-dev pybind11-dev python3-numpy python3-pytest python3-xarray python3-matplotlib"
 ros1="libroscpp-dev libsensor-msgs-dev python3-rosbag python3-rospy python3-sensor-msgs python3-rosmaster python3-numpy"  # apps/ros1 and its test
