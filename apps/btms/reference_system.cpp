@@ -6,8 +6,8 @@
 #include <map>
 
 #include "engine/error.h"
-#include "io/points/crs_units.h"
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
+#include "io/crs/crs_units.h"
 
 namespace btms {
 namespace {
@@ -92,47 +92,84 @@ std::string metric_crs(const std::string& text) {
   return crs.wkt;
 }
 
-std::string agreed_crs(const PointFiles& files, const std::string& wanted, std::vector<std::string>& warnings) {
-  if (!wanted.empty()) {
-    const std::string crs = metric_crs(wanted);
+std::vector<std::string> convert_to(PointFiles& files, const std::string& crs) {
+  if (crs.empty()) return {};
+  struct Converted {
+    std::string first;
+    std::size_t files = 0;
+  };
+  std::map<std::string, Converted> converted;  // by what they named
+  std::map<std::string, bool> fits;            // tiles of one survey repeat the same text
+  for (auto& file : files) {
+    const std::string stated = file->info().crs;
+    if (stated.empty()) continue;
+    const auto [entry, is_new] = fits.try_emplace(stated, true);
+    if (is_new) entry->second = same_horizontal_crs(stated, crs);
+    if (entry->second) continue;
+    Converted& kind = converted[stated];
+    if (kind.files++ == 0) kind.first = file->name();
+    file = open_points(file->path(), {.crs = crs, .columns = {}});
+  }
+  std::vector<std::string> said;
+  for (const auto& [stated, kind] : converted)
+    said.push_back(fmt::format("{}{}: converted from {} to {}", kind.first,
+                               kind.files > 1 ? fmt::format(" and {} more", kind.files - 1) : "",
+                               crs_title(normalise_crs(stated)), crs_title(crs)));
+  return said;
+}
+
+std::string agree_on_crs(PointFiles& files, const CrsChoice& choice, std::vector<std::string>& warnings) {
+  if (!choice.taken_to_be.empty()) {
+    const std::string crs = metric_crs(choice.taken_to_be);
     warn_of_contradictions(files, crs, warnings);
     return crs;
   }
-  std::map<std::string, std::string> normalised;  // tiles of one survey repeat the same text
-  const auto normalise = [&](const PointFile& file) -> const std::string& {
-    const auto [entry, is_new] = normalised.try_emplace(file.info().crs);
-    if (is_new) {
-      try {
-        entry->second = normalise_crs(file.info().crs);
-      } catch (const Error& error) {
-        warnings.push_back(
-            fmt::format("{}: its coordinate reference system is left out: {}", file.name(), error.what()));
-      }
-    }
-    return entry->second;
-  };
+  std::map<std::string, bool> is_sound;  // tiles of one survey repeat the same text
   const PointFile* named = nullptr;
   const PointFile* unnamed = nullptr;
-  std::string crs;
+  const PointFile* with_heights = nullptr;
   for (const auto& file : files) {
-    const std::string& text = normalise(*file);
-    if (text.empty()) {
+    const std::string& stated = file->info().crs;
+    const auto [entry, is_new] = is_sound.try_emplace(stated, !stated.empty());
+    if (is_new && entry->second) {
+      try {
+        describe_crs(stated);
+      } catch (const Error& error) {
+        entry->second = false;
+        warnings.push_back(
+            fmt::format("{}: its coordinate reference system is left out: {}", file->name(), error.what()));
+      }
+    }
+    if (!entry->second) {
       unnamed = file.get();
-    } else if (named == nullptr) {
-      named = file.get();
-      crs = text;
-    } else if (text != crs) {
+      continue;
+    }
+    if (named == nullptr) named = file.get();
+    if (vertical_system(stated).empty()) continue;
+    if (with_heights == nullptr) with_heights = file.get();
+    if (vertical_system(stated) != vertical_system(with_heights->info().crs))
       throw Error(
           ErrorCode::kBadInput,
-          fmt::format("{} and {} are in different coordinate reference systems; convert one of them, or say with "
-                      "--crs EPSG:n which one holds for all",
-                      named->name(), file->name()));
-    }
+          fmt::format("{} and {} measure heights above different surfaces ({}, {}); convert one of them, or say "
+                      "with --crs EPSG:n which system holds for all",
+                      with_heights->name(), file->name(), vertical_system(with_heights->info().crs),
+                      vertical_system(stated)));
   }
   if (named != nullptr && unnamed != nullptr)
     warnings.push_back(fmt::format("{} names no coordinate reference system; taken to be in that of {}",
                                    unnamed->name(), named->name()));
   if (unnamed != nullptr) warn_of_distance(files, warnings);
+  std::string crs =
+      choice.converted_to.empty() ? (named ? normalise_crs(named->info().crs) : "") : metric_crs(choice.converted_to);
+  if (with_heights != nullptr) {
+    if (vertical_system(crs).empty())
+      crs = normalise_crs(with_heights_of(crs, with_heights->info().crs));
+    else if (vertical_system(crs) != vertical_system(with_heights->info().crs))
+      throw Error(ErrorCode::kUsage,
+                  fmt::format("heights stay what they are: above {} by {}, not {}",
+                              vertical_system(with_heights->info().crs), with_heights->name(), vertical_system(crs)));
+  }
+  for (std::string& sentence : convert_to(files, crs)) warnings.push_back(std::move(sentence));
   return crs;
 }
 

@@ -1,6 +1,6 @@
 #include "io/export/geo_keys.h"
 
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 
 namespace btms {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "engine/error.h"
 #include "io/files/file_section.h"
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 
 namespace btms {
 namespace {

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <map>
 
-#include "io/points/crs_units.h"
+#include "io/crs/crs_units.h"
 #include "io/points/little_endian.h"
 
 namespace btms {
@@ -18,6 +18,7 @@ enum GeoKey : std::uint16_t {
   kGeographic = 2048,
   kProjected = 3072,
   kLinearUnit = 3076,
+  kVertical = 4096,
   kVerticalUnit = 4099
 };
 constexpr std::uint16_t kModelGeographic = 2, kModelGeocentric = 3, kUserDefined = 32767;
@@ -78,14 +79,9 @@ std::string epsg(const std::map<std::uint16_t, std::uint16_t>& keys, std::uint16
   return "EPSG:" + std::to_string(it->second);
 }
 
-[[noreturn]] void refuse_degrees(const InputFile& file, const std::string& name) {
-  file.refuse("coordinates are in degrees (" + name +
-              "), expected a projected system in metres or feet; reproject the file first");
-}
-
-[[noreturn]] void refuse_geocentric(const InputFile& file, const std::string& name) {
-  file.refuse("coordinates are geocentric (" + name +
-              "), expected a projected system in metres or feet; reproject the file first");
+[[noreturn]] void refuse_unnamed(const InputFile& file, const char* kind) {
+  file.refuse(std::string("coordinates are ") + kind +
+              " by its GeoTIFF keys, which don't name their system; reproject the file to one in metres first");
 }
 
 std::string factor(double metres) {
@@ -111,6 +107,22 @@ void set_text(const std::string& text, const CrsUnits& units, LasCrs& crs) {
   if (crs.text.empty()) crs.warnings.emplace_back("the coordinate system has no equal in metres: treated as unknown");
 }
 
+bool is_plane(const CrsUnits& units) { return !units.in_degrees && !units.geocentric; }
+
+// Degrees, or metres from the centre of the Earth: for who projects them.
+void use_as_it_is(const std::string& text, const CrsUnits& units, LasCrs& crs) {
+  crs.kind = units.geocentric ? LasCrs::Kind::kGeocentric : LasCrs::Kind::kDegrees;
+  crs.text = text;
+  if (units.in_degrees && units.vertical_m != 0) crs.vertical_m = units.vertical_m;
+}
+
+// The system of heights that the keys name: "EPSG:5703", or empty.
+std::string vertical_code(const std::map<std::uint16_t, std::uint16_t>& keys) {
+  constexpr const char* kOldNavd88 = "EPSG:5103";  // of GeoTIFF 1.0; now the code of its datum
+  const std::string code = epsg(keys, kVertical);
+  return code == kOldNavd88 ? "EPSG:5703" : code;
+}
+
 bool use_wkt(const InputFile& file, const LasHeader& header, LasCrs& crs) {
   const std::string wkt = read_wkt(file, header);
   if (wkt.empty()) return false;
@@ -119,8 +131,10 @@ bool use_wkt(const InputFile& file, const LasHeader& header, LasCrs& crs) {
     crs.warnings.emplace_back("the WKT record cannot be understood: ignored");
     return false;
   }
-  if (units.in_degrees) refuse_degrees(file, "by its WKT record");
-  if (units.geocentric) refuse_geocentric(file, "by its WKT record");
+  if (!is_plane(units)) {
+    use_as_it_is(wkt, units, crs);
+    return true;
+  }
   convert(units.horizontal_m, units.vertical_m != 0 ? units.vertical_m : units.horizontal_m, crs);
   set_text(wkt, units, crs);
   return true;
@@ -132,22 +146,45 @@ void use_geokeys(const InputFile& file, const LasHeader& header, LasCrs& crs) {
   const auto model = keys.find(kModelType);
   const bool in_degrees = model != keys.end() ? model->second == kModelGeographic
                                               : keys.find(kProjected) == keys.end() && !geographic.empty();
-  // A geocentric code (EPSG:4978) stands under the geographic key, too.
-  if (model != keys.end() && model->second == kModelGeocentric) refuse_geocentric(file, "by its GeoTIFF keys");
-  if (in_degrees) refuse_degrees(file, geographic.empty() ? "by its GeoTIFF keys" : geographic);
+  // A geocentric code (EPSG:4978) stands under the geographic key, or even under the projected one.
+  const bool geocentric = model != keys.end() && model->second == kModelGeocentric;
+  const std::string& named = in_degrees || geocentric ? geographic : projected;
+  const CrsUnits units = named.empty() ? CrsUnits{} : crs_units(named);
+  if (in_degrees || geocentric || !is_plane(units)) {
+    // Some write the geographic code of the datum.
+    CrsUnits as = units;
+    as.geocentric = geocentric || units.geocentric;
+    as.in_degrees = !as.geocentric;
+    const bool fits = units.understood && units.geocentric == as.geocentric;
+    const bool is_wgs84 = named.empty() || named == "EPSG:4326" || named == "EPSG:4979";
+    if (!fits && !(as.geocentric && is_wgs84)) refuse_unnamed(file, as.geocentric ? "geocentric" : "in degrees");
+    return use_as_it_is(fits ? named : "EPSG:4978", as, crs);
+  }
 
   const double stated = linear_unit(keys, kLinearUnit, crs), stated_vertical = linear_unit(keys, kVerticalUnit, crs);
-  const CrsUnits units = projected.empty() ? CrsUnits{} : crs_units(projected);
-  if (units.in_degrees) refuse_degrees(file, projected);
-  if (units.geocentric) refuse_geocentric(file, projected);
   // A stated unit wins over that of the EPSG code: the keys describe these coordinates, the code a system.
   const double horizontal = stated != 0 ? stated : units.horizontal_m;
-  convert(horizontal, stated_vertical != 0 ? stated_vertical : horizontal, crs);
+  const std::string heights = vertical_code(keys);
+  const CrsUnits both =
+      projected.empty() || heights.empty() ? CrsUnits{} : crs_units(projected + "+" + heights.substr(5));
+  // A code of heights in feet means feet; that of metres stands in many a file of feet without a stated unit.
+  const double coded = both.vertical_m == 1 ? 0 : both.vertical_m;
+  convert(horizontal, stated_vertical != 0 ? stated_vertical : coded != 0 ? coded : horizontal, crs);
   if (projected.empty()) return;
-  if (units.understood) return set_text(projected, units, crs);
-  crs.text = projected;
-  crs.warnings.push_back(projected + " is not in the PROJ database: its unit is " +
-                         (stated != 0 ? "taken from the keys" : "taken to be the metre"));
+  if (!units.understood) {
+    crs.text = projected;
+    crs.warnings.push_back(projected + " is not in the PROJ database: its unit is " +
+                           (stated != 0 ? "taken from the keys" : "taken to be the metre"));
+    return;
+  }
+  set_text(projected, units, crs);
+  if (!heights.empty()) {
+    // Named, or of no use: the unit was settled above.
+    if (vertical_system(projected + "+" + heights.substr(5)).empty())
+      crs.warnings.push_back(heights + " is no vertical system that PROJ knows: left out");
+    else
+      crs.text = crs_in_metres(with_heights_of(crs.text, projected + "+" + heights.substr(5)));
+  }
 }
 
 }  // namespace

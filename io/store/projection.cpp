@@ -3,7 +3,7 @@
 #include <mutex>
 
 #include "engine/error.h"
-#include "io/store/proj_objects.h"
+#include "io/crs/proj_objects.h"
 
 namespace btms {
 namespace {

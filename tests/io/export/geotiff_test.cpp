@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/export/occupancy.h"
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 #include "tests/engine/query/query_map.h"
 #include "tests/io/store/made_map.h"
 
@@ -153,7 +153,9 @@ TEST(GeoTiff, GdalFindsPlaceValuesAndReferenceSystem) {
     EXPECT_EQ(f["units"][2], "degree");
     EXPECT_EQ(f["types"][0], "Float32");
     EXPECT_EQ(file_bytes(folder / (std::string(kSystems[i].first) + ".f32").c_str()), bytes_of(window));
-    if (i < 4) EXPECT_EQ(f["frame"], Json({-6.0, 2.0, 0.0, 62.0, 0.0, -2.0}));
+    if (i < 4) {
+      EXPECT_EQ(f["frame"], Json({-6.0, 2.0, 0.0, 62.0, 0.0, -2.0}));
+    }
   }
   EXPECT_EQ(found[0]["crs"], Json());
   EXPECT_EQ(found[1]["epsg"], "25832");

@@ -1,4 +1,4 @@
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 
 #include <cmath>
 #include <memory>
@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "engine/error.h"
-#include "io/store/proj_objects.h"
+#include "io/crs/proj_objects.h"
 
 namespace btms {
 namespace {

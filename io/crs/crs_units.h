@@ -1,4 +1,4 @@
-// What a coordinate reference system says about the unit of coordinates. The only file pair here that knows PROJ.
+// What a coordinate reference system says about units and heights.
 #pragma once
 
 #include <string>
@@ -20,8 +20,14 @@ CrsUnits crs_units(const std::string& crs);
 // Whether both mean the same horizontal system, a vertical part and the order of axes aside. True when one is unclear.
 bool same_horizontal_crs(const std::string& a, const std::string& b);
 
-// The same projection with metres as its unit, as WKT, for coordinates that were converted; empty when PROJ cannot. A
-// vertical system is left out, since heights may have been converted, too.
+// What heights are above, as a name: "NAVD88 height", "ellipsoid", or empty when nothing is said.
+std::string vertical_system(const std::string& crs);
+
+// The same projection, and the same heights, with metres as their units, as WKT, for coordinates that were converted;
+// empty when PROJ cannot.
 std::string crs_in_metres(const std::string& crs);
+
+// The horizontal system of `of`, with the heights of `heights` where that says what they are.
+std::string with_heights_of(const std::string& of, const std::string& heights);
 
 }  // namespace btms

@@ -1,53 +1,22 @@
-#include "io/points/crs_units.h"
+#include "io/crs/crs_units.h"
 
-#include <proj.h>
 #include <proj_experimental.h>  // proj_crs_alter_*: "experimental" since PROJ 5, unchanged up to 9
 
 #include <map>
-#include <memory>
 #include <mutex>
-#include <string_view>
+
+#include "io/crs/proj_crs.h"
 
 namespace btms {
 namespace {
 
-struct Free {
-  void operator()(PJ_CONTEXT* context) const { proj_context_destroy(context); }
-  void operator()(PJ* object) const { proj_destroy(object); }
-};
-using Context = std::unique_ptr<PJ_CONTEXT, Free>;
-using Object = std::unique_ptr<PJ, Free>;
+using Context = ProjContext;
+using Object = ProjObject;
 
 // One context a call: PROJ's contexts are not thread-safe.
-Context quiet_context() {
-  Context context(proj_context_create());
-  proj_log_level(context.get(), PJ_LOG_NONE);  // stderr belongs to the program
-  proj_context_set_enable_network(context.get(), 0);
-  return context;
-}
-
-// "EPSG:25832", "ESRI:102032", "EPSG:25832+5783", "urn:ogc:def:crs:EPSG::25832".
-bool is_code(const std::string& crs) {
-  constexpr std::string_view kKnown = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_:+,.-";
-  return crs.size() < 64 && crs.find(':') != crs.npos && crs.front() != '+' &&
-         crs.find_first_not_of(kKnown) == crs.npos;
-}
-
-// Not everything proj_create() takes: among that are the names of files to read, and PROJJSON, whose nesting it follows
-// down the stack.
-Object parse(PJ_CONTEXT* context, const std::string& crs) {
-  Object object(is_code(crs) ? proj_create(context, crs.c_str())
-                             : proj_create_from_wkt(context, crs.c_str(), nullptr, nullptr, nullptr));
-  if (!object || !proj_is_crs(object.get())) return nullptr;
-  if (proj_get_type(object.get()) == PJ_TYPE_BOUND_CRS) object.reset(proj_get_source_crs(context, object.get()));
-  return object;
-}
-
-// Part 0 (horizontal) or 1 (vertical) of a compound system; a plain one is its own part 0.
-Object part(PJ_CONTEXT* context, const PJ* crs, int index) {
-  if (proj_get_type(crs) == PJ_TYPE_COMPOUND_CRS) return Object(proj_crs_get_sub_crs(context, crs, index));
-  return index == 0 ? Object(proj_clone(context, crs)) : nullptr;
-}
+Context quiet_context() { return quiet_proj_context(); }
+Object parse(PJ_CONTEXT* context, const std::string& crs) { return parse_crs(context, crs); }
+Object part(PJ_CONTEXT* context, const PJ* crs, int index) { return crs_part(context, crs, index); }
 
 // Metres (or radians) per unit of the first axis, 0 when unknown.
 double unit(PJ_CONTEXT* context, const PJ* crs) {
@@ -112,25 +81,51 @@ CrsUnits parse_units(const std::string& crs) {
   return units;
 }
 
+std::string wkt_of(PJ_CONTEXT* context, const PJ* crs) {
+  const char* text = crs ? proj_as_wkt(context, crs, PJ_WKT2_2019, nullptr) : nullptr;
+  return text == nullptr ? std::string() : text;
+}
+
+// A vertical system in metres: the registered one of that name where there is one ("NAVD88 height (ftUS)" has).
+Object heights_in_metres(PJ_CONTEXT* context, Object vertical) {
+  if (unit(context, vertical.get()) == 1) return vertical;
+  std::string name = proj_get_name(vertical.get());
+  if (const std::size_t bracket = name.find(" ("); bracket != std::string::npos) name.resize(bracket);
+  const PJ_TYPE types[] = {PJ_TYPE_VERTICAL_CRS};
+  PJ_OBJ_LIST* found = proj_create_from_name(context, "EPSG", name.c_str(), types, 1, 0, 1, nullptr);
+  Object registered(found && proj_list_get_count(found) == 1 ? proj_list_get(context, found, 0) : nullptr);
+  proj_list_destroy(found);
+  if (registered && unit(context, registered.get()) == 1) return registered;
+  Object metric(proj_crs_alter_cs_linear_unit(context, vertical.get(), "metre", 1.0, "EPSG", "9001"));
+  return metric ? Object(proj_alter_name(context, metric.get(), name.c_str())) : nullptr;
+}
+
+// Both parts as one; the horizontal one alone where there is no other.
+std::string compound(PJ_CONTEXT* context, PJ* horizontal, PJ* vertical) {
+  if (!vertical) return wkt_of(context, horizontal);
+  const std::string name = std::string(proj_get_name(horizontal)) + " + " + proj_get_name(vertical);
+  const Object both(proj_create_compound_crs(context, name.c_str(), horizontal, vertical));
+  return wkt_of(context, both ? both.get() : horizontal);
+}
+
 std::string convert_to_metres(const std::string& crs) {
   const Context context = quiet_context();
   PJ_CONTEXT* c = context.get();
   const Object whole = parse(c, crs);
   Object horizontal = whole ? part(c, whole.get(), 0) : nullptr;
-  if (horizontal && third_unit(c, horizontal.get()) != 0)
-    horizontal.reset(proj_crs_demote_to_2D(c, nullptr, horizontal.get()));
-  if (horizontal && unit(c, horizontal.get()) == 1) {  // as it stands, with its EPSG code
-    const char* text = proj_as_wkt(c, horizontal.get(), PJ_WKT2_2019, nullptr);
-    return text == nullptr ? std::string() : text;
-  }
+  if (!horizontal) return {};
+  Object vertical = part(c, whole.get(), 1);
+  if (vertical) vertical = heights_in_metres(c, std::move(vertical));
+  if (third_unit(c, horizontal.get()) != 0) horizontal.reset(proj_crs_demote_to_2D(c, nullptr, horizontal.get()));
+  if (horizontal && unit(c, horizontal.get()) == 1)  // as it stands, with its EPSG code
+    return compound(c, horizontal.get(), vertical.get());
   if (!horizontal || proj_get_type(horizontal.get()) != PJ_TYPE_PROJECTED_CRS) return {};
   // The false easting and northing are lengths, too, and change with the unit.
   const Object parameters(
       proj_crs_alter_parameters_linear_unit(c, horizontal.get(), "metre", 1.0, "EPSG", "9001", /*convert=*/1));
   const Object metric(parameters ? proj_crs_alter_cs_linear_unit(c, parameters.get(), "metre", 1.0, "EPSG", "9001")
                                  : nullptr);
-  const char* wkt = metric ? proj_as_wkt(c, metric.get(), PJ_WKT2_2019, nullptr) : nullptr;
-  return wkt == nullptr ? std::string() : wkt;
+  return metric ? compound(c, metric.get(), vertical.get()) : std::string();
 }
 
 }  // namespace
@@ -145,11 +140,38 @@ std::string crs_in_metres(const std::string& crs) {
   return cache.get(crs, [&] { return convert_to_metres(crs); });
 }
 
+std::string vertical_system(const std::string& crs) {
+  static Cache<std::string> cache;
+  return cache.get(crs, [&]() -> std::string {
+    const Context context = quiet_context();
+    const Object whole = crs.empty() ? nullptr : parse(context.get(), crs);
+    if (!whole) return {};
+    if (const Object vertical = part(context.get(), whole.get(), 1)) return proj_get_name(vertical.get());
+    return third_unit(context.get(), whole.get()) != 0 ? "ellipsoid" : "";
+  });
+}
+
+std::string with_heights_of(const std::string& of, const std::string& heights) {
+  const Context context = quiet_context();
+  PJ_CONTEXT* c = context.get();
+  const Object first = parse(c, of), second = heights.empty() ? nullptr : parse(c, heights);
+  const Object horizontal = first ? plane_part(c, first.get()) : nullptr;
+  if (!horizontal) return of;
+  if (const Object vertical = second ? part(c, second.get(), 1) : nullptr)
+    return compound(c, horizontal.get(), vertical.get());
+  if (second && third_unit(c, second.get()) != 0) {
+    const Object raised(proj_crs_promote_to_3D(c, nullptr, horizontal.get()));
+    return wkt_of(c, raised ? raised.get() : horizontal.get());
+  }
+  return wkt_of(c, horizontal.get());
+}
+
 bool same_horizontal_crs(const std::string& a, const std::string& b) {
+  if (a == b) return true;
   const Context context = quiet_context();
   const auto horizontal = [&](const std::string& crs) {
     const Object whole = parse(context.get(), crs);
-    return whole ? part(context.get(), whole.get(), 0) : nullptr;
+    return whole ? plane_part(context.get(), whole.get()) : nullptr;
   };
   const Object first = horizontal(a), second = horizontal(b);
   if (!first || !second) return true;

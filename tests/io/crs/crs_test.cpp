@@ -1,4 +1,4 @@
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 
 #include "tests/io/store/made_map.h"
 
