@@ -41,7 +41,7 @@ while IFS= read -r -d '' file; do
   fi
   awk -v a="$begun" -v b="$EPOCHREALTIME" -v f="${file#"$data"/}" -v w="$word$twin" \
     'BEGIN { printf "%-60s %6.1f s  %s\n", f, b - a, w }'
-done < <(find "$data" -type f \( -iname '*.las' -o -iname '*.laz' -o -iname '*.pcd' -o -iname '*.ply' -o -path '*/velodyne/*.bin' \) -print0 | sort -z)
+done < <(find "$data" -type f \( -iname '*.las' -o -iname '*.laz' -o -iname '*.pcd' -o -iname '*.ply' -o -iname '*.xyz' -o -iname '*.csv' -o -path '*/velodyne/*.bin' \) -print0 | sort -z)
 
 echo "$good of $files files built and labelled; $same of $twins LAZ files with the digest of their LAS twin"
 [ "$files" -gt 0 ] && [ "$good" = "$files" ] && [ "$same" = "$twins" ]

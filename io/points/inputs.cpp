@@ -31,7 +31,7 @@ std::string joined(std::span<const std::string> words) {
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::error_code error;
   std::vector<fs::path> files;
-  const std::vector<std::string> known = known_point_extensions();
+  const std::vector<std::string> known = point_extensions_in_folders();
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     // A folder that happens to be called x.las is not a point file; anything else of that name is for the reader to
     // judge.

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cerrno>
 #include <mutex>
+#include <utility>
 
 #include "engine/error.h"
 #include "io/files/descriptor.h"
@@ -76,7 +77,7 @@ struct Decoded {
   std::unique_ptr<PointFile> las;
 };
 
-std::shared_ptr<const Decoded> decode(const fs::path& laz) {
+std::shared_ptr<const Decoded> decode(const fs::path& laz, const std::string& crs = {}) {
   return in_the_name_of(laz, [&] {
     const LazLayout layout = read_laz_layout(InputFile(laz));
     auto decoded = std::make_shared<Decoded>(NamelessLas(laz, layout), nullptr);
@@ -88,7 +89,7 @@ std::shared_ptr<const Decoded> decode(const fs::path& laz) {
                         decoded->file.write_points(done, piece);
                         done += piece.size();
                       });
-    decoded->las = open_las(decoded->file.path());
+    decoded->las = open_las(decoded->file.path(), crs);
     return std::shared_ptr<const Decoded>(std::move(decoded));
   });
 }
@@ -105,10 +106,10 @@ void keep(std::shared_ptr<const Decoded> decoded) {
 
 class LazFile final : public PointFile {
  public:
-  explicit LazFile(const fs::path& path) : file_(path) {
+  LazFile(const fs::path& path, std::string crs) : file_(path), crs_(std::move(crs)) {
     info_ = in_the_name_of(path, [&] {
       const LazLayout layout = read_laz_layout(file_);
-      return open_las(NamelessLas(path, layout).path())->info();
+      return open_las(NamelessLas(path, layout).path(), crs_)->info();
     });
     info_.label_bytes = info_.bytes;
     info_.bytes = file_.size();
@@ -132,7 +133,7 @@ class LazFile final : public PointFile {
     file_.open().finish();  // notices that the file changed
     std::shared_ptr<const Decoded> decoded = decoded_.lock();
     if (decoded) return decoded;
-    decoded = decode(path());
+    decoded = decode(path(), crs_);
     file_.open().finish();
     if (decoded->las->size() != size()) file_.refuse("changed while read: another number of points");
     decoded_ = decoded;
@@ -142,6 +143,7 @@ class LazFile final : public PointFile {
 
  private:
   InputFile file_;
+  const std::string crs_;  // wanted
   PointFileInfo info_;
   mutable std::mutex mutex_;  // guards decoded_
   mutable std::weak_ptr<const Decoded> decoded_;
@@ -165,7 +167,9 @@ class LazLabels final : public LabelWriter {
 
 }  // namespace
 
-std::unique_ptr<PointFile> open_laz(const fs::path& path) { return std::make_unique<LazFile>(path); }
+std::unique_ptr<PointFile> open_laz(const fs::path& path, const std::string& crs) {
+  return std::make_unique<LazFile>(path, crs);
+}
 
 std::unique_ptr<LabelWriter> create_laz_labels(const PointFile& input, const fs::path& path) {
   return std::make_unique<LazLabels>(dynamic_cast<const LazFile&>(input).decoded(), path);

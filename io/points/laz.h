@@ -10,7 +10,7 @@
 
 namespace btms {
 
-std::unique_ptr<PointFile> open_laz(const std::filesystem::path& path);
+std::unique_ptr<PointFile> open_laz(const std::filesystem::path& path, const std::string& crs = {});  // as open_las()
 // A LAS file: header, records and points of the input, in its order, with the class of labelled points changed.
 std::unique_ptr<LabelWriter> create_laz_labels(const PointFile& input, const std::filesystem::path& path);
 std::vector<std::uint32_t> read_laz_classes(const std::filesystem::path& path);

@@ -10,23 +10,46 @@
 #include "io/points/pcd.h"
 #include "io/points/plain_labels.h"
 #include "io/points/ply.h"
+#include "io/points/xyz.h"
 
 namespace btms {
 namespace {
 
+using Open = std::unique_ptr<PointFile>(const std::filesystem::path&, const PointFileOptions&);
+
+// Of formats that have no options, of those that name a reference system, of text.
+template <auto open>
+std::unique_ptr<PointFile> plain(const std::filesystem::path& path, const PointFileOptions& /*options*/) {
+  return open(path);
+}
+template <auto open>
+std::unique_ptr<PointFile> placed(const std::filesystem::path& path, const PointFileOptions& options) {
+  return open(path, options.crs);
+}
+std::unique_ptr<PointFile> text(const std::filesystem::path& path, const PointFileOptions& options) {
+  return open_xyz(path, options.columns);
+}
+
 struct Format {
   const char* extension;
-  std::unique_ptr<PointFile> (*open)(const std::filesystem::path&);
+  Open* open;
   const char* label_extension;  // nullptr: the input's own
   std::uint64_t label_bytes;    // a point; 0: as many as the input
   std::unique_ptr<LabelWriter> (*create_labels)(const PointFile&, const std::filesystem::path&);
+  bool in_folders = true;
 };
 
 constexpr Format kFormats[] = {
-    {".las", open_las, nullptr, 0, create_las_labels},      {".laz", open_laz, ".las", 0, create_laz_labels},
-    {".bin", open_kitti, ".label", 4, create_kitti_labels}, {".pcd", open_pcd, ".labels", 1, create_byte_labels},
-    {".ply", open_ply, ".labels", 1, create_byte_labels},
-    {".npy", open_npy, ".labels", 1, create_byte_labels},
+    {".las", placed<open_las>, nullptr, 0, create_las_labels},
+    {".laz", placed<open_laz>, ".las", 0, create_laz_labels},
+    {".bin", plain<open_kitti>, ".label", 4, create_kitti_labels},
+    {".pcd", plain<open_pcd>, ".labels", 1, create_byte_labels},
+    {".ply", plain<open_ply>, ".labels", 1, create_byte_labels},
+    {".npy", plain<open_npy>, ".labels", 1, create_byte_labels},
+    {".xyz", text, ".labels", 1, create_byte_labels},
+    {".csv", text, ".labels", 1, create_byte_labels, false},
+    {".txt", text, ".labels", 1, create_byte_labels, false},
+    {".asc", text, ".labels", 1, create_byte_labels, false},
 };
 
 struct ClassFormat {
@@ -35,10 +58,9 @@ struct ClassFormat {
 };
 
 constexpr ClassFormat kClassFormats[] = {
-    {".las", read_las_classes},
-    {".laz", read_laz_classes},
-    {".label", read_kitti_classes},
-    {".labels", read_byte_classes},
+    {".las", read_las_classes},     {".laz", read_laz_classes}, {".label", read_kitti_classes},
+    {".labels", read_byte_classes}, {".xyz", read_xyz_classes}, {".csv", read_xyz_classes},
+    {".txt", read_xyz_classes},     {".asc", read_xyz_classes},
 };
 
 template <typename Row, std::size_t n>
@@ -60,11 +82,20 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
 
 }  // namespace
 
-std::unique_ptr<PointFile> open_points(const std::filesystem::path& path) { return row_for(kFormats, path).open(path); }
+std::unique_ptr<PointFile> open_points(const std::filesystem::path& path, const PointFileOptions& options) {
+  return row_for(kFormats, path).open(path, options);
+}
 
 std::vector<std::string> known_point_extensions() {
   std::vector<std::string> extensions;
   for (const Format& format : kFormats) extensions.emplace_back(format.extension);
+  return extensions;
+}
+
+std::vector<std::string> point_extensions_in_folders() {
+  std::vector<std::string> extensions;
+  for (const Format& format : kFormats)
+    if (format.in_folders) extensions.emplace_back(format.extension);
   return extensions;
 }
 

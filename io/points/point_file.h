@@ -21,7 +21,7 @@ struct PointFileInfo {
   std::uint64_t bytes = 0;
   std::uint64_t label_bytes = 0;  // of a copy with labels, where that isn't as long as the file
   std::optional<std::array<double, 6>> declared_bounds_m;  // min x, y, z, max x, y, z as the header says: only a hint
-  std::string crs;                                         // WKT, or "EPSG:n" from GeoTIFF keys, or empty
+  std::string crs;                                         // of the points, WKT or "EPSG:n", or empty
   std::vector<std::string> warnings;                       // what was odd but acceptable, one sentence each
 };
 
@@ -33,29 +33,38 @@ class PointFile : public PointSource {
   virtual const PointFileInfo& info() const = 0;
 };
 
-// Opens by extension (.las .laz .bin .pcd .ply). Everything that can be checked without reading the points is checked
-// here. Throws Error(kBadInput) naming file, offset, what was found and what was expected; Error(kUsage) for an
-// extension that no reader knows, listing those that are known. Opening never blocks (a FIFO is refused).
-std::unique_ptr<PointFile> open_points(const std::filesystem::path& path);
+struct PointFileOptions {
+  std::string crs;      // where points come out when the file names another system; empty: in the file's own
+  std::string columns;  // of text: "2,3,4" where x, y and z are, or "id,x,y,z" what is where; empty: see xyz.h
+};
+
+// Opens by extension (.las .laz .bin .pcd .ply .npy, text: .xyz .csv .txt .asc). Everything that can be checked without
+// reading the points is checked here. Throws Error(kBadInput) naming file, offset, what was found and what was
+// expected; Error(kUsage) for an extension that no reader knows, listing those that are known. Opening never blocks (a
+// FIFO is refused). Without options.crs, degrees and geocentric coordinates come out in their UTM zone (info().crs).
+// Throws Error(kUsage) when PROJ knows no way there.
+std::unique_ptr<PointFile> open_points(const std::filesystem::path& path, const PointFileOptions& options = {});
 
 // Extensions open_points knows, with the dot.
 std::vector<std::string> known_point_extensions();
+// Those of them that mean points wherever they are met, as .csv and .txt don't.
+std::vector<std::string> point_extensions_in_folders();
 
 struct InputList {
   std::vector<std::filesystem::path> paths;
   std::vector<std::string> warnings;  // one sentence each
 };
 
-// Files, folders (every known point file in them, not recursive, sorted by name) and globs, in the order given. A file
-// that is met again, by whatever name, is left out and warned of. Throws Error(kUsage)
-// when an argument matches nothing.
+// Files, folders (every point file in them but .csv, .txt and .asc; not recursive, sorted by name) and globs, in the
+// order given. A file that is met again, by whatever name, is left out and warned of. Throws Error(kUsage) when an
+// argument matches nothing.
 InputList expand_inputs(std::span<const std::string> arguments);
 
 // Receives the labels of one input and writes them in the format that belongs to it:
 //   .las -> .las  a copy with only the class changed: 2 terrain, 1 obstacle, 7 far below; dropped points keep theirs
 //   .laz -> .las  the same points and records, not compressed
 //   .bin -> .label  u32: 40 terrain, 99 obstacle and below, 0 dropped
-//   .pcd, .ply -> .labels u8: 1 terrain, 0 not
+//   .pcd, .ply, .npy, text -> .labels u8: 1 terrain, 0 not
 // write() is thread-safe for disjoint runs. Nothing is visible under the final name before commit(); without commit()
 // the temporary file is removed. Throws Error(kFailed) on any failed write.
 class LabelWriter {
@@ -80,7 +89,7 @@ std::uint64_t label_bytes(const PointFile& input);
 std::unique_ptr<LabelWriter> create_labels(const PointFile& input, const std::filesystem::path& folder);
 
 // Per-point classes for evaluation, as unsigned integers: LAS classification, KITTI .label (lower 16 bits), .labels
-// bytes. Throws Error(kBadInput) as open_points does.
+// bytes, the class column of text. Throws Error(kBadInput) as open_points does.
 std::vector<std::uint32_t> read_classes(const std::filesystem::path& path);
 
 }  // namespace btms

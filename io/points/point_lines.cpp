@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/points/fields.h"
+
 namespace btms {
 namespace {
 
@@ -42,7 +44,13 @@ void for_each_line(const InputFile& file, std::uint64_t at, std::uint64_t end, s
   session.finish();
 }
 
-// "nan" and "inf" are numbers here; they are dropped later.
+}  // namespace
+
+bool is_comment(std::string_view line) {
+  const std::string_view text = Fields::trimmed(line);
+  return text.starts_with('#') || text.starts_with("//");
+}
+
 bool parse_number(std::string_view word, double& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -52,26 +60,23 @@ bool parse_number(std::string_view word, double& value) {
   return error != std::errc::invalid_argument;
 }
 
-}  // namespace
-
 bool PointLines::counts(std::string_view line) const {
-  const std::size_t first = line.find_first_not_of(layout_.separators);
-  return first != line.npos && !(layout_.comments && line[first] == '#');
+  return !Fields::trimmed(line).empty() && !(layout_.comments && is_comment(line));
 }
 
 void PointLines::parse(const InputFile& file, std::string_view line, std::uint64_t offset, std::uint64_t number,
                        double* xyz) const {
   std::size_t column = 0;
-  for (std::size_t at = 0; (at = line.find_first_not_of(layout_.separators, at)) != line.npos; ++column) {
-    const std::size_t end = std::min(line.find_first_of(layout_.separators, at), line.size());
-    const std::string_view word = line.substr(at, end - at);
+  std::string_view word;
+  for (Fields fields(line, layout_.delimiter); fields.next(word); ++column) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (layout_.xyz[axis] != column || parse_number(word, xyz[axis])) continue;
+      const bool comma = word.find(layout_.delimiter == ',' ? ' ' : ',') != word.npos;
       file.refuse("line " + std::to_string(number) + ": found \"" + std::string(word.substr(0, 40)) +
-                      "\", expected a number for " + "xyz"[axis],
-                  offset + at);
+                      "\", expected a number for " + std::string(layout_.names[axis]) +
+                      (comma ? "; decimals are written with a point, not with a comma" : ""),
+                  offset + static_cast<std::size_t>(word.data() - line.data()));
     }
-    at = end;
   }
   if (column == layout_.columns) return;
   file.refuse("line " + std::to_string(number) + ": found " + std::to_string(column) + " numbers, expected " +

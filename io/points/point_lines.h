@@ -22,9 +22,16 @@ struct LineLayout {
   std::uint64_t points = kAll;         // kAll: as many as there are lines
   std::size_t columns = 0;             // of every line
   std::array<std::size_t, 3> xyz{};
-  std::string_view separators = " \t\r";  // a run of these counts as one
-  bool comments = false;                  // lines that start with # don't count
+  char delimiter = 0;                                    // see Fields
+  bool comments = false;                                 // lines that start with # or // don't count
+  std::array<std::string_view, 3> names{"x", "y", "z"};  // for messages
 };
+
+// Whether a line is a remark, by its first characters.
+bool is_comment(std::string_view line);
+
+// "nan" and "inf" are numbers here; they are dropped later.
+bool parse_number(std::string_view word, double& value);
 
 // Remembers where every 1024th line of a point starts. Blank lines don't count. Immutable, thread-safe.
 class PointLines {

@@ -9,6 +9,7 @@
 #include "tests/io/points/malformed_las.h"
 #include "tests/io/points/malformed_pcd.h"
 #include "tests/io/points/malformed_ply.h"
+#include "tests/io/points/malformed_xyz.h"
 
 namespace btms::test {
 namespace {
@@ -139,6 +140,16 @@ TEST_F(Malformation, OfPlyNumbersIsRefused) {
 TEST_F(Malformation, OfPlyIsAccepted) {
   for (const Malformed& odd : odd_ply_files()) expect_accepted(odd, "odd.ply", {});
 }
+TEST_F(Malformation, OfTextIsRefused) { expect_all_refused(bad_xyz_files(), "bad.csv"); }
+TEST_F(Malformation, OfTextNumbersIsRefused) {
+  for (const Malformed& bad : unreadable_xyz_files()) {
+    write_text(folder_ / "bad.txt", text_of(bad.make()));
+    expect_refused({"build", folder_ / "bad.txt", "-o", map()}, "bad.txt", bad.says);
+  }
+}
+TEST_F(Malformation, OfTextIsAccepted) {
+  for (const Malformed& odd : odd_xyz_files()) expect_accepted(odd, "odd.xyz", {});
+}
 TEST_F(Malformation, OfScansIsRefused) { expect_all_refused(bad_scans(), "bad.bin"); }
 
 TEST_F(Malformation, OfLasIsAccepted) {
@@ -205,12 +216,12 @@ TEST_F(Malformation, FeetAreConvertedAndSaidSo) {
 }
 
 // 28
-TEST_F(Malformation, DegreesAreRefused) {
+TEST_F(Malformation, DegreesInASystemWithoutANameAreRefused) {
   expect_all_refused({{28,
                        "Degrees",
-                       {"EPSG:4326", "degrees", "reproject"},
+                       {"in degrees", "don't name", "reproject"},
                        [] {
-                         return las_bytes(with_crs(geokeys({{1024, 2}, {2048, 4326}})));
+                         return las_bytes(with_crs(geokeys({{1024, 2}, {2048, 32767}})));
                        }}},
                      "bad.las");
 }

@@ -54,10 +54,11 @@ struct MemoryFile {
 
 std::span<const Target> targets() {
   static constexpr std::array kTargets = {
-      Target{"las", las},       Target{"pcd", pcd},         Target{"ply", ply},           Target{"npy", npy},
-      Target{"kitti", kitti},   Target{"lzf", lzf},         Target{"poses", poses},       Target{"config", config},
-      Target{"crs", crs},       Target{"labels", labels},   Target{"manifest", manifest}, Target{"chunk", chunk},
-      Target{"layers", layers}, Target{"journal", journal}, Target{"request", request},   Target{"rounds", rounds},
+      Target{"las", las},       Target{"pcd", pcd},       Target{"ply", ply},         Target{"npy", npy},
+      Target{"xyz", xyz},       Target{"kitti", kitti},   Target{"lzf", lzf},         Target{"poses", poses},
+      Target{"config", config}, Target{"crs", crs},       Target{"labels", labels},   Target{"manifest", manifest},
+      Target{"chunk", chunk},   Target{"layers", layers}, Target{"journal", journal}, Target{"request", request},
+      Target{"rounds", rounds},
   };
   return kTargets;
 }

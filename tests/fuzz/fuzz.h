@@ -68,6 +68,7 @@ class Front {
 void las(Bytes);
 void pcd(Bytes);
 void ply(Bytes);
+void xyz(Bytes);
 void npy(Bytes);
 void kitti(Bytes);
 // lzf.cpp

@@ -11,6 +11,7 @@
 #include "io/points/pcd.h"
 #include "io/points/plain_labels.h"
 #include "io/points/ply.h"
+#include "io/points/xyz.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace btms::fuzz {
@@ -112,6 +113,13 @@ void ply(Bytes bytes) {
 
 void npy(Bytes bytes) {
   accepted([&] { read_points(*open_npy(file_of(bytes, ".npy"))); });
+}
+
+void xyz(Bytes bytes) {
+  const auto path = file_of(bytes, ".xyz");
+  accepted([&] { read_points(*open_xyz(path)); });
+  accepted([&] { read_points(*open_xyz(path, "3,1,2")); });
+  accepted([&] { read_xyz_classes(path); });
 }
 
 void kitti(Bytes bytes) {

@@ -12,9 +12,9 @@ fuzz() {
   mkdir -p build/fuzz/corpus/"$target" "$found"
   kept=$(ls -d tests/fuzz/{corpus,finds}/"$target" 2>/dev/null || true)
   TIMEFORMAT=%2U
-  # A small file must not take much memory: 64 MB at once is a find.
+  # A small file must not take much memory: 64 MB at once is a find. A minute is not for ever on a busy machine.
   # shellcheck disable=SC2086  # folders of ours
-  cpu_seconds=$({ time build/fuzz/bin/fuzz_"$target" -max_total_time="$seconds" -max_len=4096 -timeout=10 \
+  cpu_seconds=$({ time build/fuzz/bin/fuzz_"$target" -max_total_time="$seconds" -max_len=4096 -timeout=60 \
     -rss_limit_mb=1024 -malloc_limit_mb=64 -print_final_stats=1 -artifact_prefix="$found/" \
     build/fuzz/corpus/"$target" build/fuzz/seeds/"$target" $kept >"$log" 2>&1 </dev/null; } 2>&1) || status=$?
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")

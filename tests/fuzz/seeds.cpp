@@ -88,6 +88,13 @@ void seed_pcd() {
   seed("kitti", "dropped", far);
 }
 
+void seed_xyz() {
+  seed("xyz", "blanks", text_bytes("# remark\n1 2 3\n-1.5e3 nan 0\n\n+7 8 inf"));
+  seed("xyz", "cloudcompare", text_bytes("//X Y Z Classification\n2\n1 2 3 2\n4 5 6 1\n"));
+  seed("xyz", "csv", text_bytes("\"X\",\"Y\",\"Z\",\"label\"\r\n1,2,3,\r\n4,,6,7\r\n"));
+  seed("xyz", "semicolons", text_bytes("\xEF\xBB\xBFid;z;y;x\nP1;1,5;2;3\n"));
+}
+
 void seed_ply() {
   const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
   const std::string mixed = "property short a\nproperty double y\nproperty int x\nproperty uint8 z\n";
@@ -230,6 +237,7 @@ int main(int count, char** arguments) {
   seed_las();
   seed_pcd();
   seed_ply();
+  seed_xyz();
   seed_npy();
   seed_lzf();
   seed_texts();

@@ -5,11 +5,11 @@
 
 #include "apps/btms/parameter_options.h"
 #include "engine/lattice/coordinates.h"
-#include "io/points/crs_units.h"
+#include "io/crs/crs.h"
+#include "io/crs/crs_units.h"
 #include "io/points/pose_files.h"
 #include "io/points/pose_text.h"
 #include "io/points/trajectory.h"
-#include "io/store/crs.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace btms::fuzz {

@@ -33,6 +33,7 @@ inline Bytes many_wide_fields() {
 
 inline Bytes sizes(std::uint32_t packed, std::uint32_t unpacked, Bytes data) {
   Bytes bytes;
+  bytes.reserve(8 + data.size());
   append(bytes, packed);
   append(bytes, unpacked);
   bytes.insert(bytes.end(), data.begin(), data.end());

@@ -8,11 +8,13 @@ namespace btms::test {
 namespace {
 
 TEST(PointFile, KnowsItsExtensions) {
-  EXPECT_EQ(known_point_extensions(), (std::vector<std::string>{".las", ".laz", ".bin", ".pcd", ".ply", ".npy"}));
+  EXPECT_EQ(known_point_extensions(),
+            (std::vector<std::string>{".las", ".laz", ".bin", ".pcd", ".ply", ".npy", ".xyz", ".csv", ".txt", ".asc"}));
   const TemporaryFolder folder;
   EXPECT_EQ(open_points(folder.write("A.LAS", las_bytes({})))->size(), 3u);
-  const auto text = folder.write("a.txt", std::string("1 2 3"));
-  expect_error(ErrorCode::kUsage, text, {".txt", ".las .laz .bin .pcd .ply .npy"}, [&] { open_points(text); });
+  const auto text = folder.write("a.doc", std::string("1 2 3"));
+  expect_error(ErrorCode::kUsage, text, {".doc", ".las .laz .bin .pcd .ply .npy .xyz .csv .txt .asc"},
+               [&] { open_points(text); });
   const auto laz = folder.write("a.laz", las_bytes({}));
   expect_error(ErrorCode::kBadInput, laz, {"not compressed", "call it .las"}, [&] { open_points(laz); });
 }
@@ -27,7 +29,7 @@ TEST(PointFile, ReadsClassesWhateverTheCaseOfTheExtension) {
 
 TEST(PointFile, RefusesWhatIsNotARegularFile) {
   const TemporaryFolder folder;
-  for (const char* extension : {".las", ".laz", ".bin", ".pcd", ".ply"}) {
+  for (const char* extension : {".las", ".laz", ".bin", ".pcd", ".ply", ".xyz"}) {
     SCOPED_TRACE(extension);
     const std::string e = extension;
     const auto refused = [&](const std::string& name, const std::string& says) {
