@@ -52,7 +52,7 @@ struct Stages {
   BuildOptions options = city_options(kResolution_m);
   BinGrid grid{Lattice(resolution_mm(options.parameters))};
   std::int32_t reach = complete_halo(options.parameters);
-  TileTable table{ids_of(partition(grid, *serial_threads())), grid, *options.tile_cells, reach, options.max_nodes, 1};
+  TileTable table{ids_of(partition(grid, *serial_threads())), grid, *options.tile_cells, reach, options.max_nodes};
   NodeFields modelled, linked, completed;
   FinishedTiles finished, layered;
   ComponentCounts components;

@@ -15,7 +15,7 @@ struct Row {
 constexpr Row kTable[] = {
     {ErrorCode::kFailed, "failed", 1},         {ErrorCode::kUsage, "usage", 2},
     {ErrorCode::kBadInput, "bad_input", 3},    {ErrorCode::kVerification, "verification", 4},
-    {ErrorCode::kCancelled, "cancelled", 130},
+    {ErrorCode::kUnfinished, "unfinished", 5}, {ErrorCode::kCancelled, "cancelled", 130},
 };
 
 const Row& row(ErrorCode code) {

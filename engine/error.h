@@ -16,6 +16,7 @@ enum class ErrorCode {
   kUsage,         // a parameter or option outside its range                              -> exit 2
   kBadInput,      // a file that is not what it claims to be                              -> exit 3
   kVerification,  // stored bytes differ from their hashes                                -> exit 4
+  kUnfinished,    // nothing is wrong, but others have to do their part first                 -> exit 5
   kCancelled,     // stopped by the user                                                  -> exit 130
 };
 

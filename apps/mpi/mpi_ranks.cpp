@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <climits>
 #include <cstdint>
 #include <utility>
 
@@ -21,7 +22,8 @@ class MpiRanks final : public Ranks {
   int rank() const override { return rank_; }
   int size() const override { return size_; }
 
-  std::vector<Bytes> exchange(std::vector<Bytes> out) override {
+ private:
+  std::vector<Bytes> do_exchange(std::vector<Bytes> out) override {
     const auto n = static_cast<std::size_t>(size_), own = static_cast<std::size_t>(rank_);
     std::vector<std::uint64_t> to_send(n), to_receive(n);
     for (std::size_t r = 0; r < n; ++r) to_send[r] = out[r].size();
@@ -46,7 +48,27 @@ class MpiRanks final : public Ranks {
     return in;
   }
 
- private:
+  std::vector<Bytes> do_share(Bytes mine) override {
+    const auto n = static_cast<std::size_t>(size_);
+    const std::uint64_t size = mine.size();
+    std::vector<std::uint64_t> sizes(n);
+    MPI_Allgather(&size, 1, MPI_UINT64_T, sizes.data(), 1, MPI_UINT64_T, MPI_COMM_WORLD);
+    std::uint64_t total = 0;
+    std::vector<int> counts(n), starts(n);
+    for (std::size_t r = 0; r < n; ++r) {
+      counts[r] = static_cast<int>(sizes[r]);
+      starts[r] = static_cast<int>(total);
+      total += sizes[r];
+    }
+    if (total > INT_MAX) return do_exchange(std::vector<Bytes>(n, mine));  // MPI counts with int
+    Bytes all(total);
+    MPI_Allgatherv(mine.data(), static_cast<int>(size), MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE,
+                   MPI_COMM_WORLD);
+    std::vector<Bytes> by_rank(n);
+    for (std::size_t r = 0; r < n; ++r) by_rank[r].assign(all.begin() + starts[r], all.begin() + starts[r] + counts[r]);
+    return by_rank;
+  }
+
   template <class Fn>
   static void each_piece(Bytes& bytes, const Fn& fn) {
     for (std::uint64_t at = 0; at < bytes.size(); at += kPiece_bytes)

@@ -46,11 +46,28 @@ struct ComponentSums {
   std::uint64_t open = 0;         // edges to nodes without a plane
   bool above = false;             // class of all its nodes
   std::uint64_t passages = 0;     // times the sensor passed over it
+
+  friend bool operator==(const ComponentSums&, const ComponentSums&) = default;
+  ComponentSums& operator+=(const ComponentSums& o) {
+    nodes += o.nodes;
+    above_mm += o.above_mm;
+    tolerance_mm += o.tolerance_mm;
+    open += o.open;
+    above |= o.above;
+    passages += o.passages;
+    return *this;
+  }
 };
 
 // Edges along its rim towards components that still stand.
 struct RimCounts {
   std::uint64_t rim = 0, up = 0, agree = 0;
+
+  friend bool operator==(const RimCounts&, const RimCounts&) = default;
+  RimCounts& operator+=(const RimCounts& o) {
+    rim += o.rim, up += o.up, agree += o.agree;
+    return *this;
+  }
 };
 
 // An island: components of both classes that agree, taken together. Once a prior has climbed a roof, a part of the roof

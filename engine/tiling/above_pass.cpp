@@ -52,6 +52,16 @@ struct SheetSums {
   std::uint64_t clear = 0, joints = 0;
 };
 
+// Of a whole component.
+struct SheetTotal {
+  std::uint64_t clear = 0, joints = 0;
+  friend bool operator==(const SheetTotal&, const SheetTotal&) = default;
+  SheetTotal& operator+=(const SheetTotal& o) {
+    clear += o.clear, joints += o.joints;
+    return *this;
+  }
+};
+
 struct BorderLink {
   std::uint32_t inside, outside;  // positions in values()
 };
@@ -274,19 +284,23 @@ void above_pass(const PassContext& context, const OrderedPoints& points, const R
                           for (const SheetComponent& c : own.components) verdicts[i].push_back({c.id, 0, 0});
                         });
   records.finish(joined_kept);
-  // What is gathered, and the sums that are made of it.
+  // What is taken together, and the sums that are made of it.
   const Pager::Claim claim(context.pager,
                            2 * bytes_in(joined, &TileSheets::components, &TileSheets::links, &TileSheets::sums));
-  const MergedComponents<SheetId> merged(gather_all(context.ranks, joined, &TileSheets::components),
-                                         gather_all(context.ranks, joined, &TileSheets::links));
-  std::vector<SheetSums> total(merged.size());
-  for (const SheetSums& s : gather_all(context.ranks, joined, &TileSheets::sums)) {
-    SheetSums& to = total[merged.root(s.component)];
-    to.clear += s.clear;
-    to.joints += s.joints;
-  }
+  auto components = take_all(joined, &TileSheets::components);
+  auto links = take_all(joined, &TileSheets::links);
+  std::vector<SheetSums> sums = take_all(joined, &TileSheets::sums);
+  const auto alone = single_rank();
+  const bool pooled = context.ranks.tells_all(table.node_count());
+  if (pooled) context.ranks.pool(components, links, sums);
+  std::vector<SheetId> summed;
+  for (const SheetSums& s : sums) summed.push_back(s.component);
+  const MergedComponents<SheetId> merged(components, links, std::move(summed), pooled ? *alone : context.ranks);
+  std::vector<SheetTotal> total(merged.size());
+  for (const SheetSums& s : sums) total[merged.whole(s.component)] += {s.clear, s.joints};
+  merged.add_up(total);
   const auto judge = [&](const SheetId& component) -> SheetVerdict {
-    const SheetSums& whole = total[merged.root(component)];
+    const SheetTotal& whole = total[merged.whole(component)];
     return {component, whole.clear >= static_cast<std::uint64_t>(rules.p().upper_nodes),
             whole.joints >= least_joints(rules.r_mm())};
   };
@@ -299,7 +313,7 @@ void above_pass(const PassContext& context, const OrderedPoints& points, const R
       if (!join_tiles[i] && now != v) overturned.boxes[i] = table.tiles()[i].box;
       v = now;
     }
-  overturned.share(context.ranks);
+  if (records.follow()) overturned.share(context.ranks);
   finished.overturned = within(table, overturned, 0);
   add(listed, finished.overturned);
   for (std::size_t i = 0; i < n; ++i) unlinked[i] = listed[i] && !link_tiles[i];

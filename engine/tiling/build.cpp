@@ -19,22 +19,28 @@ constexpr std::int32_t kDefaultTileCells = 128;  // of the finest level
 
 class Stopwatch {
  public:
-  // Seconds since the last call, filed under `phase`.
+  explicit Stopwatch(const Ranks& ranks) : ranks_(ranks), sent_(ranks.traffic()) {}
+  // Seconds and this rank's traffic since the last call, filed under `phase`.
   void lap(const std::string& phase, std::vector<PhaseTime>& phases) {
     const auto now = std::chrono::steady_clock::now();
-    phases.push_back({phase, std::chrono::duration<double>(now - last_).count()});
+    const Traffic sent = ranks_.traffic();
+    phases.push_back({phase,
+                      std::chrono::duration<double>(now - last_).count(),
+                      {sent.sent_bytes - sent_.sent_bytes, sent.shared_bytes - sent_.shared_bytes}});
     last_ = now;
+    sent_ = sent;
   }
 
  private:
+  const Ranks& ranks_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  Traffic sent_;
 };
 
-// Every rank's occupied bins.
-std::vector<OccupiedBin> occupied_bins(const PointBins& bins, Ranks& ranks) {
-  std::vector<OccupiedBin> mine;
-  for (std::size_t k = 0; k < bins.size(); ++k) mine.push_back({bins.id(k), bins.points_in(k)});
-  return ranks.gather(mine);
+std::vector<OccupiedBin> occupied_bins(const PointBins& bins) {
+  std::vector<OccupiedBin> out;
+  for (std::size_t k = 0; k < bins.size(); ++k) out.push_back({bins.id(k), bins.points_in(k)});
+  return out;
 }
 
 std::array<double, 4> extent_of(std::span<const BinId> bins, const BinGrid& grid) {
@@ -44,22 +50,32 @@ std::array<double, 4> extent_of(std::span<const BinId> bins, const BinGrid& grid
   return {hull.col0 * r, hull.row0 * r, hull.col1 * r, hull.row1 * r};
 }
 
+// From this rank's bytes to those of all.
+void add_up_bytes(Ranks& ranks, BuildSummary& summary) {
+  std::vector<PhaseTime>& phases = summary.phases;
+  std::vector<std::uint64_t> bytes;
+  for (const PhaseTime& phase : phases)
+    bytes.insert(bytes.end(), {phase.traffic.sent_bytes, phase.traffic.shared_bytes});
+  bytes.push_back(summary.spilled_bytes);
+  const std::vector<std::uint64_t> sums = ranks.sum(bytes);
+  for (std::size_t i = 0; i < phases.size(); ++i) phases[i].traffic = {sums[2 * i], sums[2 * i + 1]};
+  summary.spilled_bytes = sums.back();
+}
+
 // The tiles leave the engine; what all ranks have made.
 void commit(const PassContext& context, FinalTiles&& finished, TileSink& sink, BuildSummary& summary) {
-  const CommitSummary done = commit_pass(context, std::move(finished), sink);
-  const auto sums = context.ranks.sum<std::uint64_t>({done.tiles, done.nodes(), done.observed, done.predicted,
-                                                      done.obstacle, done.filled, done.unknown,
-                                                      context.pager.spill().bytes_written(), done.renewed});
-  summary.tiles = sums[0];
-  summary.nodes = sums[1];
-  summary.observed = sums[2];
-  summary.predicted = sums[3];
-  summary.obstacle = sums[4];
-  summary.filled = sums[5];
-  summary.unknown = sums[6];
-  summary.spilled_bytes = sums[7];
-  summary.tiles_renewed = sums[8];
-  summary.digest = context.ranks.sum<Digest>({done.digest})[0];
+  const CommitSummary mine = commit_pass(context, std::move(finished), sink);
+  const CommitSummary done = context.ranks.sum<CommitSummary>({mine})[0];
+  summary.tiles = done.tiles;
+  summary.nodes = done.nodes();
+  summary.observed = done.observed;
+  summary.predicted = done.predicted;
+  summary.obstacle = done.obstacle;
+  summary.filled = done.filled;
+  summary.unknown = done.unknown;
+  summary.tiles_renewed = done.renewed;
+  summary.digest = done.digest;
+  summary.spilled_bytes = context.pager.spill().bytes_written();
 }
 
 // Before hours of work: is there room for what the budget doesn't hold?
@@ -92,7 +108,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   const Parameters& p = options.parameters;
   check(p);
   BuildSummary summary;
-  Stopwatch watch;
+  Stopwatch watch(ranks);
   const int levels = level_count(p);
   const bool coarse_to_fine = p.method == Method::kCoarseToFine;
   const Lattice finest(resolution_mm(p)), coarsest(resolution_mm(p) << (levels - 1));
@@ -105,40 +121,42 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   for (const PointSource* source : sources) announced += static_cast<double>(source->size());
   check_disk(options.spill_folder, announced * sizeof(BinnedPoint), budget_bytes);
   PointBins bins = PointBins::read(sources, grid, threads, ranks, pager, progress);
-  const auto counts = ranks.sum<std::uint64_t>(
-      {bins.counts().points, bins.counts().not_finite, bins.counts().out_of_range, bins.counts().outside_box});
-  summary.points = counts[0];
-  summary.not_finite = counts[1];
-  summary.out_of_range = counts[2];
-  summary.outside_box = counts[3];
+  std::vector<PointBins::Counts> counts{bins.counts()};
+  std::vector<OccupiedBin> all = occupied_bins(bins);
+  ranks.pool(counts, all);
+  for (const PointBins::Counts& c : counts) {
+    summary.points += c.points;
+    summary.not_finite += c.not_finite;
+    summary.out_of_range += c.out_of_range;
+    summary.outside_box += c.outside_box;
+  }
   if (summary.points == 0)
     throw Error(ErrorCode::kBadInput,
                 "no point left to build from: " + std::to_string(sources.size()) + " input(s), " +
                     std::to_string(summary.not_finite) + " point(s) not finite, " +
                     std::to_string(summary.out_of_range) + " out of range",
                 sources.empty() ? "" : sources[0]->name());
+  const Strays strays = find_strays(all, grid);
+  bins.drop(strays.bins);
+  summary.points -= summary.strays = strays.points;
+  std::erase_if(all, [&](const OccupiedBin& b) { return std::ranges::binary_search(strays.bins, b.id); });
   std::vector<BinId> occupied;
-  {
-    const std::vector<OccupiedBin> all = occupied_bins(bins, ranks);
-    const Strays strays = find_strays(all, grid);
-    bins.drop(strays.bins);
-    summary.points -= summary.strays = strays.points;
-    for (const OccupiedBin& b : all)
-      if (!std::binary_search(strays.bins.begin(), strays.bins.end(), b.id)) occupied.push_back(b.id);
-    summary.extent_m = extent_of(occupied, grid);
-  }
+  for (const OccupiedBin& b : all) occupied.push_back(b.id);
+  summary.extent_m = extent_of(occupied, grid);
   watch.lap("partition", summary.phases);
 
   const std::int32_t reach = coarse_to_fine ? kDomainRings : complete_halo(p);
-  const TileTable table(occupied, coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells(options), reach,
-                        options.max_nodes, ranks.size(), levels - 1);
+  TileTable table(occupied, coarse_to_fine ? BinGrid(coarsest, 1) : grid, tile_cells(options), reach, options.max_nodes,
+                  levels - 1);
+  table.share_out(all, ranks.size());
   check_disk(options.spill_folder,
              working_set_bytes(p, static_cast<double>(summary.points), nodes_of(table, levels - 1)), budget_bytes);
   bins.redistribute(ranks, [&](BinId bin) { return table.owner_of(bin); });
   summary.layout = finest_layout(table, levels);
   TileSink& tiles = sink(summary.layout);
-  // Rank 0 tidies up what is there when it makes its sink: nobody saves or puts anything before.
-  ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size())));
+  // Rank 0 tidies up what is there when it makes its sink: nobody saves or puts anything before. Parts keep no records
+  // of points, and hear from each other before they save anything else.
+  if (ranks.in_step()) ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size())));
 
   if (coarse_to_fine) {
     std::optional<OrderedPoints> points(std::in_place, std::move(bins), grid, table, threads, pager, progress);
@@ -165,6 +183,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
     watch.lap("layers", summary.phases);
     commit(context, std::move(finished), tiles, summary);
     watch.lap("commit", summary.phases);
+    add_up_bytes(ranks, summary);
     return summary;
   }
 
@@ -194,6 +213,7 @@ BuildSummary build_map(std::span<const PointSource* const> sources, const BuildO
   watch.lap("layers", summary.phases);
   commit(context, std::move(finished), tiles, summary);
   watch.lap("commit", summary.phases);
+  add_up_bytes(ranks, summary);
   return summary;
 }
 

@@ -53,6 +53,7 @@ std::int32_t tile_cells(const BuildOptions& options);
 struct PhaseTime {
   std::string phase;
   double seconds;
+  Traffic traffic;  // of all ranks
 };
 
 struct BuildSummary {

@@ -93,7 +93,8 @@ class ForkedRanks final : public Ranks {
   int rank() const override { return rank_; }
   int size() const override { return static_cast<int>(sockets_.size()); }
 
-  std::vector<Bytes> exchange(std::vector<Bytes> out) override {
+ private:
+  std::vector<Bytes> do_exchange(std::vector<Bytes> out) override {
     std::vector<Bytes> in(sockets_.size());
     std::vector<Transfer> transfers;
     for (std::size_t r = 0; r < sockets_.size(); ++r) {
@@ -131,7 +132,6 @@ class ForkedRanks final : public Ranks {
     return in;
   }
 
- private:
   int rank_;
   std::vector<Descriptor> sockets_;
 };

@@ -15,7 +15,9 @@ class SingleRank final : public Ranks {
  public:
   int rank() const override { return 0; }
   int size() const override { return 1; }
-  std::vector<Bytes> exchange(std::vector<Bytes> out) override { return out; }
+
+ private:
+  std::vector<Bytes> do_exchange(std::vector<Bytes> out) override { return out; }
 };
 
 }  // namespace

@@ -187,7 +187,7 @@ PointSurvey survey_points(std::span<const PointSource* const> sources, const Bui
   const BinGrid grid = levelled ? BinGrid(coarsest, 1) : BinGrid(finest);
   const std::vector<BinId> bins = bins_of(squares.all, edge, levelled ? 1 << (levels - 1) : grid.edge_cells);
   const std::int32_t reach = levelled ? kDomainRings : complete_halo(p);
-  const TileTable table(bins, grid, tile_cells(options), reach, options.max_nodes, 1, levels - 1);
+  const TileTable table(bins, grid, tile_cells(options), reach, options.max_nodes, levels - 1);
   std::set<TileId> tiles;
   const auto add_tiles = [&](BinId square, std::int32_t cells) {
     const CellBox box{square.bx * cells, square.by * cells, (square.bx + 1) * cells, (square.by + 1) * cells};

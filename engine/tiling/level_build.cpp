@@ -31,7 +31,8 @@ int rounds_before(const Parameters& p, int level) {
   return rounds;
 }
 
-// The level to begin with: that after the last one an interrupted build has saved. The same on every rank.
+// The level to begin with: that after the last one an interrupted build has saved. The same on every rank that runs at
+// the same time.
 int first_level(const Parameters& p, const Records& records, Ranks& ranks) {
   std::int64_t level = 0;
   if (records.memory())
@@ -41,6 +42,7 @@ int first_level(const Parameters& p, const Records& records, Ranks& ranks) {
         whole = whole && records.memory()->interrupted_after(record_number(rounds_before(p, k), Step::kMisfit));
       if (whole) level = l;
     }
+  if (!ranks.in_step()) return static_cast<int>(level);
   for (const std::int64_t other : ranks.gather(std::vector<std::int64_t>{level})) level = std::min(level, other);
   return static_cast<int>(level);
 }
@@ -86,7 +88,7 @@ Changes drawn_on(const PassContext& context, const LevelRules& rules, const Chan
 void checkpoint(const PassContext& context, const TileTable& coarsest, const Records& records,
                 const RoundSurfaces& surfaces, const std::vector<ScatterFields>& misfits) {
   const std::vector<std::uint8_t> asked{records.memory()->time_to_save()};
-  if (context.ranks.gather(asked)[0] == 0) return;
+  if (context.ranks.in_step() && context.ranks.gather(asked)[0] == 0) return;
   for (std::size_t l = 0; l < misfits.size(); ++l) {
     const int number = record_number(rounds_before(context.parameters, static_cast<int>(l) + 1), Step::kMisfit);
     context.for_each_tile("save", {reads(misfits[l])}, [&](std::size_t i, int) {
@@ -146,6 +148,7 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
   }
 
   for (int level = begin; level < levels; ++level) {
+    ranks.enter("level-" + std::to_string(level + 1));
     if (level > 0) {
       table = table.finer();
       touched = touched.finer(), prior_changes = prior_changes.finer(), built.bound = built.bound.finer();
@@ -177,6 +180,7 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
         own.need(anew, context, records);
         ground = measure_ground(context, in.coarsest, level, in.points, own.tiles(),
                                 {records, record_number(k, Step::kGround), anew});
+        exchange_halo(in.coarsest, ground->fields, kScatterHalo, threads, ranks);
         Changes around = ground->changes.grown(kScatterHalo);
         for (int l = 0; l < level; ++l) around = around.finer();
         inputs.add(around);
@@ -244,7 +248,8 @@ Levels build_levels(const LevelInputs& in, const Threads& threads, Ranks& ranks,
         prior.spans = &grounds;
       }
       if (!first) prior_surfaces.need(completes, context, records);
-      exchange_halo(table, nodes.fields, rules.completion_halo(), threads, ranks, &completes);
+      if (spans || !judgement.in_halos)
+        exchange_halo(table, nodes.fields, rules.completion_halo(), threads, ranks, &completes);
       complete_level(context.on(completes), rules, prior,
                      records.follow() ? wanted_parts(table, regions, wanted, completes) : regions, in.by_lattice,
                      nodes.fields, completed);

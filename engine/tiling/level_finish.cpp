@@ -77,7 +77,10 @@ FinishedTiles finish_levels(const PassContext& context, const TileTable& coarses
                             const LevelRules& rules, const LastRound& last, const Measuring& measuring,
                             const TileSet& wanted) {
   const int refinements = level_count(context.parameters) - 1;
-  const ScatterFields ground = measure_ground(context, coarsest, refinements, points, last.surfaces, measuring).fields;
+  ScatterFields ground = measure_ground(context, coarsest, refinements, points, last.surfaces, measuring).fields;
+  std::vector<ScatterFields*> scatters{&ground};
+  for (ScatterFields& misfit : last.misfits) scatters.push_back(&misfit);
+  exchange_halos<GroundScatter>(coarsest, scatters, kScatterHalo, context.threads, context.ranks);
   FinishedTiles tiles(context.pager, last.surfaces.size());
   std::vector<Use> uses{reads(last.nodes), reads(last.completed), reads(last.surfaces), reads(ground), writes(tiles)};
   for (const ScatterFields& misfit : last.misfits) uses.push_back(reads(misfit));

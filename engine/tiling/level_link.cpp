@@ -1,4 +1,5 @@
-// Links, rims and verdicts of one round of a level (steps 5 and 6 of the coarse-to-fine method).
+// Links and rims of one round of a level (steps 5 and 6 of the coarse-to-fine method), and what follows from the
+// verdicts on them.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -11,35 +12,18 @@
 #include "engine/tiling/level_nodes.h"
 #include "engine/tiling/level_passes.h"
 #include "engine/tiling/level_points.h"
+#include "engine/tiling/level_verdicts.h"
 #include "engine/tiling/merged_components.h"
 
 namespace btms {
 namespace {
 
 constexpr NodeKey kNoComponent = ~NodeKey{0};
-enum EdgeKind : std::uint8_t { kLevelEdge = 0, kUpEdge = 1, kDownEdge = 2, kAgreeEdge = 3 };
-
-struct Component {
-  NodeKey id;
-  ComponentSums sums;
-};
-using Link = ComponentLink<NodeKey>;
-// Edges of one kind between two components; kUpEdge: a stands above b.
-struct RimEdge {
-  NodeKey a, b;
-  std::uint64_t kind;
-  std::uint64_t count;
-  friend bool operator<(const RimEdge& x, const RimEdge& y) {
-    return std::tie(x.a, x.b, x.kind) < std::tie(y.a, y.b, y.kind);
-  }
-  bool same(const RimEdge& o) const { return a == o.a && b == o.b && kind == o.kind; }
-};
-
 struct BorderLink {
   std::uint32_t inside, outside;  // offsets into the node field
 };
 struct TileLinks {
-  std::vector<Component> components;
+  std::vector<LevelComponent> components;
   std::vector<BorderLink> links;    // over the border
   std::vector<ForwardEdges> edges;  // of the nodes of the interior
 
@@ -51,8 +35,8 @@ struct TileLinks {
 
 // What a tile contributes to the verdicts.
 struct TileRims {
-  std::vector<Component> components;
-  std::vector<Link> pairs;
+  std::vector<LevelComponent> components;
+  std::vector<LevelLink> pairs;
   std::vector<RimEdge> edges;
 
   template <class Fn>
@@ -183,7 +167,7 @@ void link_tile(const TileField<LevelNode>& nodes, const LevelRegion& region, con
         out.components.push_back({node_key({cell, t}), {}});
         out.components.back().sums.above = value[i].level_class == LevelClass::kAbove;
       }
-      Component& c = out.components[index[root]];
+      LevelComponent& c = out.components[index[root]];
       id = c.id;
       ++c.sums.nodes;
       c.sums.above_mm += value[i].above_prior_mm;
@@ -249,99 +233,6 @@ std::vector<RimEdge> rim_edges(const TileField<LevelNode>& nodes, const LevelReg
   return rims.counted();
 }
 
-// Global and small: sees components and counts only.
-class Verdicts {
- public:
-  Verdicts(const std::vector<Component>& components, const std::vector<Link>& links, const std::vector<RimEdge>& listed,
-           const LevelRules& rules)
-      : merged_(components, links), rejected_(merged_.size(), 0) {
-    std::vector<ComponentSums> sums(merged_.size());
-    for (const Component& c : components) {
-      ComponentSums& s = sums[merged_.root(c.id)];
-      s.nodes += c.sums.nodes;
-      s.above_mm += c.sums.above_mm;
-      s.tolerance_mm += c.sums.tolerance_mm;
-      s.passages += c.sums.passages;
-      s.open += c.sums.open;
-      s.above = c.sums.above;
-    }
-    std::vector<Rim> edges;
-    for (const RimEdge& e : listed)
-      if (const Rim rim{merged_.root(e.a), merged_.root(e.b), e.kind, e.count}; rim.a != rim.b) edges.push_back(rim);
-    // Judged with all components standing, like the first round: what is gone says nothing about walls.
-    const std::vector<std::uint8_t> on_island = rules.first() ? rejected_ : on_rejected_islands(sums, edges);
-    std::vector<RimCounts> rims(merged_.size());
-    for (int round = 0; round < rules.p().rejection_rounds; ++round) {
-      rims.assign(merged_.size(), RimCounts{});
-      for (const Rim& e : edges) {
-        count(rims[e.a], sums[e.a], sums[e.b], rejected_[e.b], e, e.kind == kUpEdge);
-        count(rims[e.b], sums[e.b], sums[e.a], rejected_[e.a], e, e.kind == kDownEdge);
-      }
-      bool changed = false;
-      const std::vector<std::uint8_t> before = rejected_;
-      for (std::size_t i = 0; i < merged_.size(); ++i)
-        if (merged_.is_root(i) && !before[i] && (on_island[i] || rejected(sums[i], rims[i], rules)))
-          rejected_[i] = 1, changed = true;
-      if (!changed) break;
-    }
-    for (std::size_t i = 0; i < merged_.size(); ++i)
-      if (merged_.is_root(i)) ++counts_.all, counts_.kept += !rejected_[i];
-  }
-  bool is_rejected(NodeKey id) const { return rejected_[merged_.root(id)] != 0; }
-  const ComponentCounts& counts() const { return counts_; }
-
- private:
-  // Edges of one kind between merged components.
-  struct Rim {
-    std::uint32_t a, b;
-    std::uint64_t kind, count;
-  };
-  // One kind of edge as `mine` sees it, towards `other`. An edge up counts only against a component at least as large:
-  // nothing is a roof because of a pit beside it.
-  static void count(RimCounts& rim, const ComponentSums& mine, const ComponentSums& other, bool other_rejected,
-                    const Rim& e, bool up) {
-    if (other_rejected) return;
-    if (e.kind == kAgreeEdge) {
-      rim.agree += e.count;
-      return;
-    }
-    if (up && other.nodes < mine.nodes) return;
-    rim.rim += e.count;
-    if (up) rim.up += e.count;
-  }
-  // Which components go with their whole island.
-  std::vector<std::uint8_t> on_rejected_islands(const std::vector<ComponentSums>& sums,
-                                                const std::vector<Rim>& edges) const {
-    Components islands(merged_.size());
-    for (const Rim& e : edges)
-      if (e.kind == kAgreeEdge) islands.unite(e.a, e.b);
-    std::vector<ComponentSums> whole(merged_.size());
-    const auto island = [&](std::size_t i) { return islands.find(static_cast<std::uint32_t>(i)); };
-    for (std::size_t i = 0; i < merged_.size(); ++i) {
-      whole[island(i)].nodes += sums[i].nodes;
-      whole[island(i)].open += sums[i].open;
-      whole[island(i)].passages += sums[i].passages;
-    }
-    std::vector<RimCounts> rims(merged_.size());
-    for (const Rim& e : edges) {
-      const std::uint32_t a = island(e.a), b = island(e.b);
-      if (a == b) continue;
-      count(rims[a], whole[a], whole[b], false, e, e.kind == kUpEdge);
-      count(rims[b], whole[b], whole[a], false, e, e.kind == kDownEdge);
-    }
-    std::vector<std::uint8_t> out(merged_.size());
-    for (std::size_t i = 0; i < merged_.size(); ++i) out[i] = rejected_island(whole[island(i)], rims[island(i)]);
-    return out;
-  }
-  MergedComponents<NodeKey> merged_;
-  std::vector<std::uint8_t> rejected_;
-  ComponentCounts counts_;
-};
-
-}  // namespace
-
-namespace {
-
 // A tile's part in the verdicts as the records have it.
 void recall_rims(const Records& records, int round, const Tile& tile, TileRims& rims) {
   records.recall(record_number(round, Step::kRims), tile.id, tile.box, rims.components, rims.pairs, rims.edges);
@@ -352,6 +243,31 @@ struct KnownVerdicts {
   std::vector<NodeKey> ids;
   std::vector<std::uint8_t> rejected;
 };
+
+// A component may be called by any of its nodes: what ranks do that tell each other all. Nodes of others in the halo,
+// which has been exchanged, are called by themselves; returned is what own nodes in the halos of others belong to.
+std::vector<LevelLink> call_by_nodes(const PassContext& context, const TileFields<LevelNode>& nodes, std::int32_t rings,
+                                     TileFields<NodeKey>& ids) {
+  copy_halo(context.table, ids, rings, context.threads, context.ranks.rank());
+  const auto& tiles = context.table.tiles();
+  std::vector<LevelLink> names;
+  for (std::size_t i = 0; i < tiles.size(); ++i)
+    context.table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& strip) {
+      if (context.owns(i) == context.owns(j)) return;
+      const InUse tile({reads(nodes), writes(ids)}, context.owns(i) ? i : j);
+      for_each_node(strip, [&](NodeId node) {
+        if (context.owns(j)) {
+          const NodeKey id = std::as_const(ids[j]).cell(node.cell)[node.triangle];
+          if (id != kNoComponent && id != node_key(node)) names.push_back({id, node_key(node)});
+        } else {
+          const bool known = nodes[i].cell(node.cell)[node.triangle].has_plane();
+          ids[i].cell(node.cell)[node.triangle] = known ? node_key(node) : kNoComponent;
+        }
+      });
+    });
+  sort_unique(names);
+  return names;
+}
 
 }  // namespace
 
@@ -366,7 +282,10 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
   add(rim_tiles, within(context.table, fitted, kLinkHalo));  // beside tiles that are gone
   const TileSet link_tiles = within(context.table, rim_tiles, kLinkHalo);
   level.need(link_tiles);
-  exchange_halo(context.table, nodes, kLinkHalo, context.threads, context.ranks, &rim_tiles);
+  // With all components known everywhere, and the halos of what follows, no rank has to ask for verdicts.
+  const bool pooled = context.ranks.tells_all(context.table.node_count()) && !records.keep();
+  const std::int32_t rings = pooled ? std::max(kLinkHalo, rules.completion_halo()) : kLinkHalo;
+  exchange_halo(context.table, nodes, rings, context.threads, context.ranks, &rim_tiles);
 
   TileFields<NodeKey> ids(context.pager, n);
   Paged<TileLinks> tile_links(context.pager, n);
@@ -378,7 +297,11 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
     });
   };
   link(link_tiles);
-  exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks, &rim_tiles);
+  std::vector<LevelLink> names;
+  if (pooled)
+    names = call_by_nodes(context, nodes, rings, ids);
+  else
+    exchange_halo(context.table, ids, kLinkHalo, context.threads, context.ranks, &rim_tiles);
 
   Paged<TileRims> rims(context.pager, n);
   std::vector<KnownVerdicts> known(n);
@@ -394,7 +317,7 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
                                         if (!records.keep()) return;
                                         records.save(record_number(round, Step::kRims), tiles[i].id, tiles[i].box,
                                                      rims[i].components, rims[i].pairs, rims[i].edges);
-                                        for (const Component& c : rims[i].components) known[i].ids.push_back(c.id);
+                                        for (const LevelComponent& c : rims[i].components) known[i].ids.push_back(c.id);
                                         std::sort(known[i].ids.begin(), known[i].ids.end());
                                       });
   records.finish(record_number(round, Step::kRims));
@@ -410,19 +333,26 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
     });
   }
 
-  // What is gathered, and the sums that are made of it.
+  // What is taken together, and the sums that are made of it.
   const Pager::Claim claim(context.pager,
                            2 * bytes_in(rims, &TileRims::components, &TileRims::pairs, &TileRims::edges));
-  const Verdicts verdicts(gather_all(context.ranks, rims, &TileRims::components),
-                          gather_all(context.ranks, rims, &TileRims::pairs),
-                          gather_all(context.ranks, rims, &TileRims::edges), rules);
+  std::vector<LevelComponent> components = take_all(rims, &TileRims::components);
+  std::vector<LevelLink> pairs = take_all(rims, &TileRims::pairs);
+  std::vector<RimEdge> edges = take_all(rims, &TileRims::edges);
+  const auto alone = single_rank();
+  if (pooled) {
+    context.ranks.pool(components, pairs, edges, names);
+    for (const LevelLink& name : names) components.push_back({name.b, {}});
+    pairs.insert(pairs.end(), names.begin(), names.end());
+  }
+  const LevelVerdicts verdicts(components, pairs, edges, rules, pooled ? *alone : context.ranks);
 
   // Far from all changes a verdict may be another one now.
   Changes far(n);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; context.owns(i) && !rim_tiles[i] && k < known[i].ids.size(); ++k)
       if (verdicts.is_rejected(known[i].ids[k]) != (known[i].rejected[k] != 0)) far.boxes[i] = tiles[i].box;
-  far.share(context.ranks);
+  if (records.follow()) far.share(context.ranks);
   TileSet judged = rim_tiles, unlinked = within(context.table, far, 0);
   add(judged, unlinked);
   for (std::size_t i = 0; i < n; ++i) unlinked[i] = unlinked[i] && !link_tiles[i];
@@ -442,8 +372,14 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
       return rejected;
     };
     if (!records.keep()) {
-      regions[i].for_each_node(
-          [&](NodeId node) { judge(ids[i].cell(node.cell)[node.triangle], nodes[i].cell(node.cell)[node.triangle]); });
+      const auto judge_node = [&](NodeId node) {
+        judge(ids[i].cell(node.cell)[node.triangle], nodes[i].cell(node.cell)[node.triangle]);
+      };
+      regions[i].for_each_node(judge_node);
+      if (pooled)
+        context.table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& strip) {
+          if (j != i) for_each_node(strip, judge_node);
+        });
       return;
     }
     std::vector<std::uint8_t> of_nodes(static_cast<std::size_t>(tiles[i].box.cells()) * kTriangles);
@@ -461,8 +397,8 @@ Judgement judge_level(const PassContext& context, const LevelRegions& regions, c
   });
   records.finish(record_number(round, Step::kVerdicts));
   level.judged(judged);
-  overturned.share(context.ranks);
-  Judgement out{verdicts.counts(), records.keep() ? fitted : Changes::everywhere(context.table), overturned};
+  if (records.keep()) overturned.share(context.ranks);
+  Judgement out{verdicts.counts(), records.keep() ? fitted : Changes::everywhere(context.table), overturned, pooled};
   out.changes.add(overturned);
   return out;
 }

@@ -16,10 +16,11 @@ struct Judgement {
   ComponentCounts components;
   Changes changes;     // cells whose nodes, or the verdict on them, are not what the records say
   Changes overturned;  // those of them with another verdict than before
+  bool in_halos;       // the completion halos have the verdicts, too
 };
 // Links the nodes of a level, counts rims, and rejects components that are not terrain (kRejected). `fitted`: the cells
 // whose nodes have changed since the build that the records are of; tiles far from them contribute what is recorded.
-// Collective; leaves halos stale.
+// Collective; leaves halos stale, but for in_halos.
 Judgement judge_level(const PassContext& context, const LevelRegions& regions, const LevelRules& rules,
                       const Records& records, int round, const Changes& fitted, LevelNodes& nodes);
 
@@ -35,7 +36,7 @@ struct LastRound {
   const TileFields<LevelNode>& nodes;
   const TileFields<LevelNode>& completed;
   const Surfaces& surfaces;
-  const std::vector<ScatterFields>& misfits;  // of the levels after the first against the one before
+  std::vector<ScatterFields>& misfits;  // of the levels after the first against the one before; it fetches their halos
 };
 
 // Finished tiles of those that are wanted: the surface, what the nodes know, and how far above it points are terrain.

@@ -33,7 +33,6 @@ Measured settle(const PassContext& context, const TileTable& coarsest, ScatterFi
   const Records& records = measuring.records;
   if (!records.keep() && count(measuring.anew) == tiles.size()) {
     out.changes = Changes::everywhere(coarsest);
-    exchange_halo(coarsest, out.fields, kScatterHalo, context.threads, context.ranks);
     return out;
   }
   context.for_each_tile("compare", {writes(out.fields)}, [&](std::size_t i, int) {
@@ -64,7 +63,6 @@ Measured settle(const PassContext& context, const TileTable& coarsest, ScatterFi
     out.changes.share(context.ranks);
   else
     out.changes = Changes::everywhere(coarsest);
-  exchange_halo(coarsest, out.fields, kScatterHalo, context.threads, context.ranks);
   return out;
 }
 

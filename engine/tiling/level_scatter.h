@@ -24,7 +24,7 @@ constexpr Cell coarsest_cell(Cell c, int refinements) {
 }
 
 struct Measured {
-  ScatterFields fields;  // halos filled
+  ScatterFields fields;  // without halos
   Changes changes;       // cells of the coarsest level that measure otherwise than the record
 };
 // Where what is measured is kept, and the tiles where it has to be measured anew: the others have what is recorded.

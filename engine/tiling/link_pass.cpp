@@ -57,26 +57,36 @@ void link_tile(const TileField<Node>& nodes, const ConvexityRules& rules, std::i
   }
 }
 
-// Component id -> kept? Global and tiny: it sees only ids, sizes and links.
+struct Members {
+  std::uint64_t nodes = 0, passages = 0;
+  friend bool operator==(const Members&, const Members&) = default;
+  Members& operator+=(const Members& o) {
+    nodes += o.nodes, passages += o.passages;
+    return *this;
+  }
+};
+
+// Component id -> kept? Sees only ids, sizes and links. Collective.
 class Verdicts {
  public:
-  Verdicts(const std::vector<ComponentSize>& components, const std::vector<Link>& links, std::uint64_t keep_nodes)
-      : merged_(components, links), nodes_(merged_.size(), 0), passages_(merged_.size(), 0), keep_nodes_(keep_nodes) {
-    for (const ComponentSize& c : components) {
-      nodes_[merged_.root(c.id)] += c.nodes;
-      passages_[merged_.root(c.id)] += c.passages;
-    }
-    for (std::size_t i = 0; i < merged_.size(); ++i)
-      if (merged_.is_root(i)) ++counts_.all, counts_.kept += kept_at(i);
+  Verdicts(const std::vector<ComponentSize>& components, const std::vector<Link>& links, std::uint64_t keep_nodes,
+           Ranks& ranks)
+      : merged_(components, links, {}, ranks), members_(merged_.size()), keep_nodes_(keep_nodes) {
+    for (const ComponentSize& c : components) members_[merged_.whole(c.id)] += {c.nodes, c.passages};
+    merged_.add_up(members_);
+    std::uint64_t kept = 0;
+    for (std::uint32_t i = merged_.first_to_count(); i < merged_.size(); ++i) kept += kept_at(i);
+    const auto sums = ranks.sum<std::uint64_t>({merged_.size() - merged_.first_to_count(), kept});
+    counts_ = {sums[0], sums[1]};
   }
-  bool kept(NodeKey id) const { return kept_at(merged_.root(id)); }
+  bool kept(NodeKey id) const { return kept_at(merged_.whole(id)); }
   const ComponentCounts& counts() const { return counts_; }
 
  private:
-  MergedComponents<NodeKey> merged_;
-  bool kept_at(std::size_t root) const { return nodes_[root] >= keep_nodes_ || passages_[root] > 0; }
+  bool kept_at(std::size_t i) const { return members_[i].nodes >= keep_nodes_ || members_[i].passages > 0; }
 
-  std::vector<std::uint64_t> nodes_, passages_;  // of whole components, at their root
+  MergedComponents<NodeKey> merged_;
+  std::vector<Members> members_;
   std::uint64_t keep_nodes_;
   ComponentCounts counts_;
 };
@@ -114,8 +124,11 @@ ComponentCounts link_pass(const PassContext& context, NodeFields& nodes) {
   }
   sort_unique(pairs);
 
-  const Verdicts verdicts(context.ranks.gather(std::move(components)), context.ranks.gather(std::move(pairs)),
-                          static_cast<std::uint64_t>(context.parameters.keep_nodes));
+  const auto alone = single_rank();
+  const bool pooled = context.ranks.tells_all(context.table.node_count());
+  if (pooled) context.ranks.pool(components, pairs);
+  const Verdicts verdicts(components, pairs, static_cast<std::uint64_t>(context.parameters.keep_nodes),
+                          pooled ? *alone : context.ranks);
   context.for_each_tile("merge", {writes(nodes), reads(links)}, [&](std::size_t i, int) {
     std::vector<NodeClass> verdict;  // by component of the tile
     for (const ComponentSize& c : links[i].components)

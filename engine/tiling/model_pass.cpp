@@ -79,7 +79,8 @@ void model_pass(const PassContext& context, PointBins&& bins, const BinGrid& gri
     });
     context.progress.advance(size);
   });
-  if (context.ranks.size() > 1) unpack_strips(context.ranks.exchange(std::move(out)), nodes);
+  NodeFields* const fields[] = {&nodes};
+  if (context.ranks.size() > 1) unpack_strips<Node>(context.ranks.exchange(std::move(out)), fields);
 }
 
 }  // namespace btms

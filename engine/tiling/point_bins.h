@@ -28,6 +28,11 @@ struct BinId {
   friend constexpr bool operator==(const BinId&, const BinId&) = default;
 };
 
+struct OccupiedBin {
+  BinId id;
+  std::uint64_t points;
+};
+
 struct BinGrid {
   Lattice lattice;
   std::int32_t edge_cells;  // b
@@ -76,24 +81,28 @@ class PointBins {
   // Reads this rank's share of the sources (every size()-th block). `pager` outlives the bins.
   static PointBins read(std::span<const PointSource* const> sources, const BinGrid& grid, const Threads& threads,
                         const Ranks& ranks, Pager& pager, Progress& progress);
-  // Sends every bin to the rank owner(bin) names, a few megabytes at a time. Collective.
+  // Sends every bin to the rank owner(bin) names, some at a time. Collective.
   template <class Owner>
   void redistribute(Ranks& ranks, const Owner& owner) {
     if (ranks.size() == 1) return;
-    constexpr std::uint64_t kRound_bytes = 4 << 20;
     Received received;
     Scratch scratch;
     std::size_t k = 0;
     for (bool more = true; more;) {
       std::vector<Bytes> out(static_cast<std::size_t>(ranks.size()));
-      for (std::uint64_t bytes = 0; k < size() && bytes < kRound_bytes; ++k)
+      for (std::uint64_t bytes = 0; k < size() && bytes < ranks.message_bytes(); ++k)
         take(k, scratch, [&](const Bin& bin) {
           append(out[static_cast<std::size_t>(owner(bin.id))], bin);
           bytes += bin.size * sizeof(BinnedPoint);
         });
-      receive(ranks.exchange(std::move(out)), received);
-      const std::vector<std::uint8_t> unfinished = ranks.gather(std::vector<std::uint8_t>{k < size()});
-      more = std::find(unfinished.begin(), unfinished.end(), 1) != unfinished.end();
+      for (Bytes& bytes : out) bytes.push_back(k < size());
+      std::vector<Bytes> in = ranks.exchange(std::move(out));
+      more = false;
+      for (Bytes& bytes : in) {
+        more = more || bytes.back() != 0;
+        bytes.pop_back();
+      }
+      receive(std::move(in), received);
     }
     blocks_ = std::move(received.blocks);
     pieces_ = std::move(received.pieces);

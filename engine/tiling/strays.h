@@ -10,11 +10,6 @@
 
 namespace btms {
 
-struct OccupiedBin {
-  BinId id;
-  std::uint64_t points;
-};
-
 struct Strays {
   std::vector<BinId> bins;  // ascending
   std::uint64_t points = 0;

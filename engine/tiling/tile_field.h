@@ -84,7 +84,7 @@ using TileFields = Paged<TileField<T>>;
 
 // A strip on its way to another rank: which tile it is for, which cells it covers.
 struct StripHeader {
-  std::int64_t tile;
+  std::int64_t tile;  // of the first field's tiles, then those of the second, ...
   CellBox box;
 };
 
@@ -98,43 +98,57 @@ void pack_strip(std::size_t tile, const CellBox& box, const TileField<T>& from, 
 
 // Writes received strips into their tiles.
 template <class T>
-void unpack_strips(const std::vector<Bytes>& in, TileFields<T>& fields) {
+void unpack_strips(const std::vector<Bytes>& in, std::span<TileFields<T>* const> fields) {
   for (const Bytes& bytes : in)
     for (std::size_t at = 0; at < bytes.size();) {
       StripHeader header;
       std::memcpy(&header, bytes.data() + at, sizeof header);
       at += sizeof header;
-      at += fields.edit(static_cast<std::size_t>(header.tile))->unpack(header.box, bytes.data() + at);
+      const auto tile = static_cast<std::size_t>(header.tile), tiles = fields[0]->size();
+      at += fields[tile / tiles]->edit(tile % tiles)->unpack(header.box, bytes.data() + at);
     }
 }
 
-// Fills the innermost `rings` rings of every halo with copies of the neighbours' interiors. `only`: of these tiles, the
-// same on every rank; their neighbours have values. Collective.
+// The part of exchange_halo() that needs no other rank.
 template <class T>
-void exchange_halo(const TileTable& table, TileFields<T>& fields, std::int32_t rings, const Threads& threads,
-                   Ranks& ranks, const TileSet* only = nullptr) {
+void copy_halo(const TileTable& table, TileFields<T>& fields, std::int32_t rings, const Threads& threads, int rank,
+               const TileSet* only = nullptr) {
   const auto& tiles = table.tiles();
-  const auto mine = [&](std::size_t i) { return tiles[i].owner == ranks.rank(); };
-  const auto wanted = [&](std::size_t i) { return !only || (*only)[i]; };
-
   threads.for_each(tiles.size(), [&](std::size_t i, int) {
-    if (!mine(i) || !wanted(i)) return;
+    if (tiles[i].owner != rank || (only && !(*only)[i])) return;
     const auto to = fields.edit(i);
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& strip) {
-      if (j != i && mine(j)) to->copy_box(strip, *fields.view(j));
+      if (j != i && tiles[j].owner == rank) to->copy_box(strip, *fields.view(j));
     });
   });
+}
+
+// Fills the innermost `rings` rings of every halo of the fields with copies of the neighbours' interiors, with one
+// exchange. `only`: of these tiles, the same on every rank; their neighbours have values. Collective.
+template <class T>
+void exchange_halos(const TileTable& table, std::span<TileFields<T>* const> fields, std::int32_t rings,
+                    const Threads& threads, Ranks& ranks, const TileSet* only = nullptr) {
+  for (TileFields<T>* field : fields) copy_halo(table, *field, rings, threads, ranks.rank(), only);
   if (ranks.size() == 1) return;
 
+  const auto& tiles = table.tiles();
+  const auto mine = [&](std::size_t i) { return tiles[i].owner == ranks.rank(); };
   std::vector<Bytes> out(static_cast<std::size_t>(ranks.size()));
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    if (mine(i) || !wanted(i)) continue;
+    if (mine(i) || (only && !(*only)[i])) continue;
     table.for_each_overlap(tiles[i].box.grown(rings), [&](std::size_t j, const CellBox& strip) {
       if (!mine(j)) return;
-      pack_strip(i, strip, *fields.view(j), out[static_cast<std::size_t>(tiles[i].owner)]);
+      for (std::size_t k = 0; k < fields.size(); ++k)
+        pack_strip(k * tiles.size() + i, strip, *fields[k]->view(j), out[static_cast<std::size_t>(tiles[i].owner)]);
     });
   }
   unpack_strips(ranks.exchange(std::move(out)), fields);
+}
+template <class T>
+void exchange_halo(const TileTable& table, TileFields<T>& field, std::int32_t rings, const Threads& threads,
+                   Ranks& ranks, const TileSet* only = nullptr) {
+  TileFields<T>* const one[] = {&field};
+  exchange_halos<T>(table, one, rings, threads, ranks, only);
 }
 
 }  // namespace btms

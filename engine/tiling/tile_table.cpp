@@ -17,6 +17,22 @@ std::int64_t widest_tile_cells(std::int32_t r_mm, std::int32_t reach) {
   return std::min<std::int64_t>(1 << 21, INT32_MAX / r_mm - 2 * std::int64_t{reach} - 64);
 }
 
+// What a finest cell costs beside its points, in points: measured, 4 us against 27 ns.
+constexpr std::uint64_t kPointsPerCell = 150;
+
+// Position of column x, row y along a Hilbert curve.
+std::uint64_t hilbert_index(std::uint32_t x, std::uint32_t y) {
+  std::uint64_t index = 0;
+  for (int bit = 31; bit >= 0; --bit) {
+    const std::uint32_t right = (x >> bit) & 1u, upper = (y >> bit) & 1u;
+    index = index << 2 | ((3 * right) ^ upper);
+    if (upper) continue;  // the lower quadrants are turned
+    if (right) x = ~x, y = ~y;
+    std::swap(x, y);
+  }
+  return index;
+}
+
 // The bin furthest from the median of all bins: the likely culprit of an absurd extent.
 BinId furthest(std::span<const BinId> bins) {
   std::vector<std::int32_t> xs, ys;
@@ -32,8 +48,8 @@ BinId furthest(std::span<const BinId> bins) {
 }  // namespace
 
 TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::int32_t tile_cells, std::int32_t reach,
-                     std::uint64_t max_nodes, int ranks, int refinements)
-    : bins_(bins), layout_{bins.lattice, {}}, ranks_(ranks), refinements_(refinements) {
+                     std::uint64_t max_nodes, int refinements)
+    : bins_(bins), layout_{bins.lattice, {}}, refinements_(refinements) {
   const std::int64_t widest = widest_tile_cells(bins.lattice.resolution_mm(), reach);
   if (tile_cells < 0 || tile_cells > widest)
     throw Error(ErrorCode::kUsage, "a tile edge of " + std::to_string(tile_cells) + " cells: expected 1 to " +
@@ -99,7 +115,7 @@ TileTable::TileTable(std::span<const BinId> occupied, const BinGrid& bins, std::
     nodes += held;
     largest = std::max(largest, held);
     index_.emplace(id, static_cast<std::int32_t>(tiles_.size()));
-    tiles_.push_back({id, box, owner_of(id)});
+    tiles_.push_back({id, box});
   }
   // Nodes of one tile are counted in 32 bits.
   if (nodes > max_nodes || largest > UINT32_MAX) refuse(std::to_string(nodes));
@@ -115,19 +131,51 @@ TileTable TileTable::finer() const {
   return t;
 }
 
-int TileTable::owner_of(TileId id) const {
-  // Neighbouring blocks on different ranks: every border of a block is really exchanged.
+std::uint64_t TileTable::node_count() const {
+  std::uint64_t nodes = 0;
+  for (const Tile& tile : tiles_) nodes += static_cast<std::uint64_t>(tile.box.cells()) * kTriangles;
+  return nodes;
+}
+
+std::int32_t TileTable::tile_of(BinId bin) const {
+  const CellBox box = bins_.box_of(bin);
+  return index_of(layout_.grid.tile_of({box.col0, box.row0}));
+}
+
+void TileTable::share_out(std::span<const OccupiedBin> occupied, int ranks) {
   const TileGrid finest{static_cast<std::int32_t>(
                             std::min<std::int64_t>(std::int64_t{layout_.grid.edge_cells} << refinements_, INT32_MAX)),
                         {}};
-  const TileId block = block_of(finest, id);
-  const std::int64_t diagonal = std::int64_t{block.tx} + block.ty;
-  return static_cast<int>(diagonal - ranks_ * floor_div(diagonal, ranks_));
-}
+  TileId corner{INT32_MAX, INT32_MAX};
+  for (const Tile& tile : tiles_) {
+    const TileId block = block_of(finest, tile.id);
+    corner = {std::min(corner.tx, block.tx), std::min(corner.ty, block.ty)};
+  }
+  const auto place = [&](const Tile& tile) {
+    const TileId block = block_of(finest, tile.id);
+    return hilbert_index(static_cast<std::uint32_t>(block.tx) - static_cast<std::uint32_t>(corner.tx),
+                         static_cast<std::uint32_t>(block.ty) - static_cast<std::uint32_t>(corner.ty));
+  };
+  std::map<std::uint64_t, std::uint64_t> work_along_curve;  // of blocks
+  std::uint64_t work = 0;
+  const auto add = [&](const Tile& tile, std::uint64_t more) {
+    work_along_curve[place(tile)] += more;
+    work += more;
+  };
+  for (const Tile& tile : tiles_)
+    add(tile, (static_cast<std::uint64_t>(tile.box.cells()) << (2 * refinements_)) * kPointsPerCell);
+  for (const OccupiedBin& bin : occupied)
+    if (const std::int32_t i = tile_of(bin.id); i >= 0) add(tiles_[static_cast<std::size_t>(i)], bin.points);
 
-int TileTable::owner_of(BinId bin) const {
-  const CellBox box = bins_.box_of(bin);
-  return owner_of(layout_.grid.tile_of({box.col0, box.row0}));
+  // A block goes to the rank that the middle of its work falls to.
+  std::map<std::uint64_t, int> owner;
+  double before = 0;
+  for (const auto& [at, here] : work_along_curve) {
+    const double middle = before + static_cast<double>(here) / 2;
+    owner[at] = std::min(static_cast<int>(middle / static_cast<double>(work) * ranks), ranks - 1);
+    before += static_cast<double>(here);
+  }
+  for (Tile& tile : tiles_) tile.owner = owner[place(tile)];
 }
 
 }  // namespace btms

@@ -12,7 +12,8 @@ namespace btms::test {
 
 struct Way {
   std::int32_t tile_cells;
-  std::string executor;  // "serial", "tbb:2", "ranks:3", "ranks:2x2" (two threads in each)
+  std::string executor;  // "serial", "tbb:2", "ranks:3", "ranks:2x2" (two threads in each), "telling:3" (ranks that
+                         // tell each other all)
   std::string inputs;    // "as is", "shuffled", "split", "reversed"
   bool lattice = false;  // neighbours by lattice scan
   bool parked = false;   // no memory: whatever is not in use goes to disk

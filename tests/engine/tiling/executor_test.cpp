@@ -54,6 +54,19 @@ TEST(Ranks, ExchangeBytesOfAnySize) {
   });
 }
 
+TEST(Ranks, PoolListsOfAnyLength) {
+  run_forked_ranks(3, [](Ranks& ranks) {
+    const auto own = static_cast<std::size_t>(ranks.rank());
+    std::vector<char> letters(own, static_cast<char>('a' + own));  // none of rank 0
+    std::vector<std::uint64_t> numbers(3 - own, own);
+    std::vector<int> none;
+    ranks.pool(letters, numbers, none);
+    if (letters != std::vector<char>{'b', 'c', 'c'} || numbers != std::vector<std::uint64_t>{0, 0, 0, 1, 1, 2} ||
+        !none.empty())
+      throw Error(ErrorCode::kVerification, "rank " + std::to_string(ranks.rank()) + " got something else");
+  });
+}
+
 TEST(Ranks, AFailingRankEndsTheRunWithItsOwnMessage) {
   for (const int culprit : {0, 1, 2}) {
     try {
