@@ -8,7 +8,7 @@
 
 #include "engine/error.h"
 #include "io/export/raster.h"
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 #include "io/store/manifest.h"
 #include "io/store/map_folder.h"
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/lattice/tiles.h"
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 #include "io/store/hdf5.h"
 #include "io/store/layers.h"
 

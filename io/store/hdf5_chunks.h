@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 #include "io/store/hdf5.h"
 #include "io/store/shard_layers.h"
 #include "io/store/stored_chunks.h"

@@ -79,6 +79,7 @@ std::string build_identity(const MapInfo& info) {
   Json out{{"inputs", inputs},
            {"parameters", parameters},
            {"reference system", info.crs_wkt},
+           {"--crs", info.crs_given},
            {"tile edge", info.layout.grid.edge_cells},
            {"schema", kSchemaVersion},
            {"updatable", info.updatable_since > 0},
@@ -93,7 +94,7 @@ std::string identity_difference(const std::string& a, const std::string& b) {
   std::string names;
   const auto note = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
   for (const char* name :
-       {"inputs", "reference system", "tile edge", "trajectory", "updatable", "updated revision", "schema"})
+       {"inputs", "reference system", "--crs", "tile edge", "trajectory", "updatable", "updated revision", "schema"})
     if (one.value(name, Json()) != other.value(name, Json())) note(name);
   const Json ours = members(one, "parameters"), theirs = members(other, "parameters");
   for (const auto& [name, value] : ours.items())

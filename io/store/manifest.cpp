@@ -144,6 +144,7 @@ Manifest parse_head(const Json& root) {
   Manifest m;
   m.info.revision = static_cast<std::uint64_t>(integer_member(root, "revision", 1, kMaxInt64));
   m.info.crs_wkt = text_member(root, "crs_wkt");
+  m.info.crs_given = root.contains("crs_given");
   m.info.layout = parse_layout(member(root, "layout"));
   m.info.preset = text_member(root, "preset");
   const Json& parameters = member(root, "parameters");
@@ -214,6 +215,7 @@ std::string manifest_text(const Manifest& m) {
   line("schema_version", kSchemaVersion);
   line("revision", info.revision);
   line("crs_wkt", info.crs_wkt);
+  if (info.crs_given) line("crs_given", true);
   line("layout", {{"resolution_mm", info.layout.lattice.resolution_mm()},
                   {"tile_edge_cells", grid.edge_cells},
                   {"origin", {grid.origin.col, grid.origin.row}}});

@@ -1,5 +1,7 @@
 #include "io/store/map_check.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <map>
 #include <mutex>
@@ -81,6 +83,16 @@ std::optional<std::string> view_problem(const fs::path& folder, const Manifest& 
          "HDF5";
 }
 
+// What every rank has found wrong.
+std::map<std::size_t, std::string> joined(const std::map<std::size_t, std::string>& mine, Ranks& ranks) {
+  if (ranks.size() == 1) return mine;
+  const std::vector<std::uint8_t> text = nlohmann::json::to_cbor(nlohmann::json(mine));
+  std::map<std::size_t, std::string> all;
+  for (const Bytes& bytes : ranks.share(text))
+    all.merge(nlohmann::json::from_cbor(bytes).get<std::map<std::size_t, std::string>>());
+  return all;
+}
+
 // Of the revision before, or of a build at work or interrupted.
 bool is_of_a_build(const std::string& name) {
   return name == kRoundFolder || is_journal_name(name) || is_temporary_name(name) || shard_revision(name);
@@ -111,7 +123,7 @@ std::string tiles_text(const std::vector<TileId>& tiles) {
   return text;
 }
 
-MapCheck check_map(const fs::path& folder, const Manifest& manifest, Trust trust, const Threads& threads,
+MapCheck check_map(const fs::path& folder, const Manifest& manifest, Trust trust, const Threads& threads, Ranks& ranks,
                    Progress& progress) {
   MapCheck check;
   std::optional<Crs> crs;
@@ -120,8 +132,14 @@ MapCheck check_map(const fs::path& folder, const Manifest& manifest, Trust trust
   Seams seams(manifest.shards);
   std::mutex mutex;
   std::map<std::size_t, std::string> wrong;  // by shard
-  progress.begin("verify", manifest.shards.size(), "shards");
-  threads.for_each(manifest.shards.size(), [&](std::size_t s, int) {
+  // Shards follow each other row by row: a rank's have few neighbours elsewhere.
+  const auto part = [&](int rank) {
+    return manifest.shards.size() * static_cast<std::size_t>(rank) / static_cast<std::size_t>(ranks.size());
+  };
+  const std::size_t begin = part(ranks.rank()), own = part(ranks.rank() + 1) - begin;
+  progress.begin("verify", own, "shards");
+  threads.for_each(own, [&](std::size_t i, int) {
+    const std::size_t s = begin + i;
     if (progress.stop_requested()) throw Error(ErrorCode::kCancelled, "stopped");
     try {
       seams.add(s, checked_shard(folder, manifest, manifest.shards[s], crs, reading));
@@ -133,7 +151,8 @@ MapCheck check_map(const fs::path& folder, const Manifest& manifest, Trust trust
     }
     progress.advance(1);
   });
-  for (const auto& [s, what] : wrong) {
+  seams.join(ranks);
+  for (const auto& [s, what] : joined(wrong, ranks)) {
     check.problems.push_back({shard_name(manifest.shards[s]), tiles_of(manifest.shards[s]), what});
     check.damaged.insert(s);
   }

@@ -31,9 +31,10 @@ struct MapCheck {
 // Reads every shard, a few at a time: size and hash of the file, structure, axes and reference system, hash and digest
 // of its values, that root layers follow from the model, that corner heights on the borders between shards are equal on
 // both sides. Compares map.nc with the one this program would write. Throws Error(kCancelled) when progress says stop,
-// Error(kFailed) when the system can't read a file. With kUntrusted as MapReader::open().
+// Error(kFailed) when the system can't read a file. With kUntrusted as MapReader::open(). Collective over `ranks`: with
+// the same manifest, each reads its share of the shards, and all get the same answer.
 MapCheck check_map(const std::filesystem::path& folder, const Manifest& manifest, Trust trust, const Threads& threads,
-                   Progress& progress);
+                   Ranks& ranks, Progress& progress);
 
 // "3,-1 4,-1"
 std::string tiles_text(const std::vector<TileId>& tiles);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 #include "io/store/manifest.h"
 
 namespace btms {

@@ -41,8 +41,9 @@ struct TrajectoryRecord {
 struct MapInfo {
   MapLayout layout;
   Parameters parameters;
-  std::string preset;   // name the parameters started from, or empty
-  std::string crs_wkt;  // WKT2 with its EPSG id where there is one, or empty
+  std::string preset;      // name the parameters started from, or empty
+  std::string crs_wkt;     // WKT2 with its EPSG id where there is one, or empty
+  bool crs_given = false;  // the user said so, whatever the inputs say
   std::vector<InputRecord> inputs;
   std::optional<TrajectoryRecord> trajectory;  // of the sensor, where one was given
   Digest digest;                               // of the decoded content of all shards
@@ -59,6 +60,7 @@ struct WriterOptions {
   std::string crs = {};       // WKT or "EPSG:n", georeferences the shards; give the same to publish()
   std::string identity = {};  // build_identity() of what is built
   bool resume = false;        // keep what an interrupted build of the same has committed; else that is removed
+  bool leave = false;         // when the writer is destroyed unpublished all stays: others may be at work, or come
 };
 
 // Writes one revision of a map. put() is thread-safe: tiles are encoded in the calling thread, only the HDF5 call is

@@ -28,6 +28,7 @@ class FolderWriter final : public MapWriter {
         layout_(layout),
         rank_(options.rank),
         identity_(options.identity),
+        leave_(options.leave),
         crs_(std::move(crs)),
         block_(shard_block(layout)),
         lock_(rank_ == 0 ? lock_folder(folder) : Descriptor()),
@@ -43,7 +44,7 @@ class FolderWriter final : public MapWriter {
 
   ~FolderWriter() override {
     staged_.clear();
-    if (published_) return;
+    if (published_ || leave_) return;
     try {
       // As long as rank 0 lives, it has the lock and cares for what every rank has written.
       std::optional<Descriptor> lock;
@@ -248,6 +249,7 @@ class FolderWriter final : public MapWriter {
   const MapLayout layout_;
   const int rank_;
   const std::string identity_;
+  const bool leave_;
   std::optional<Crs> crs_;
   const int block_;        // a shard is block_ x block_ tiles
   const Descriptor lock_;  // rank 0: held until the end

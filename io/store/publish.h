@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 #include "io/store/manifest.h"
 
 namespace btms {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/lattice/tiles.h"
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 
 namespace btms {
 

@@ -27,28 +27,52 @@ void Seams::each_neighbour(std::size_t shard, Fn&& fn) const {
 
 void Seams::add(std::size_t shard, const TerrainTile& content) {
   each_neighbour(shard, [&](const Pair& pair, const CellBox& corners) {
-    Strip strip{corners, {}};
+    Strip strip{shard == pair.first, corners, {}};
     for (std::int32_t row = corners.row0; row <= corners.row1; ++row)
       for (std::int32_t col = corners.col0; col <= corners.col1; ++col)
         strip.heights_mm.push_back(content.corner_mm[content.corner_index({col, row})]);
-    const std::lock_guard lock(mutex_);
-    const auto other = waiting_.find(pair);
-    if (other == waiting_.end()) {
-      waiting_.emplace(pair, std::move(strip));
-      return;
-    }
-    const Strip& known = other->second;
-    if (!known.heights_mm.empty())
-      compare(pair, shard == pair.first ? strip : known, shard == pair.first ? known : strip);
-    waiting_.erase(other);
+    put(pair, std::move(strip));
   });
 }
 
 void Seams::skip(std::size_t shard) {
   each_neighbour(shard, [&](const Pair& pair, const CellBox& corners) {
-    const std::lock_guard lock(mutex_);
-    if (waiting_.erase(pair) == 0) waiting_.emplace(pair, Strip{corners, {}});
+    put(pair, {shard == pair.first, corners, {}});
   });
+}
+
+// The first of a pair waits for the second.
+void Seams::put(const Pair& pair, Strip strip) {
+  const std::lock_guard lock(mutex_);
+  const auto other = waiting_.find(pair);
+  if (other == waiting_.end()) {
+    waiting_.emplace(pair, std::move(strip));
+    return;
+  }
+  const Strip& known = other->second;
+  if (!known.heights_mm.empty() && !strip.heights_mm.empty())
+    compare(pair, strip.of_first ? strip : known, strip.of_first ? known : strip);
+  waiting_.erase(other);
+}
+
+void Seams::join(Ranks& ranks) {
+  if (ranks.size() == 1) return;
+  problems_ = ranks.gather(problems_);
+  std::vector<std::int32_t> mine;  // strips whose other shard another rank has
+  for (const auto& [pair, strip] : waiting_) {
+    const CellBox& c = strip.corners;
+    mine.insert(mine.end(),
+                {static_cast<std::int32_t>(pair.first), static_cast<std::int32_t>(pair.second), strip.of_first, c.col0,
+                 c.row0, c.col1, c.row1, static_cast<std::int32_t>(strip.heights_mm.size())});
+    mine.insert(mine.end(), strip.heights_mm.begin(), strip.heights_mm.end());
+  }
+  waiting_.clear();
+  const std::vector<std::int32_t> all = ranks.gather(mine);
+  for (auto at = all.begin(); at != all.end();) {
+    const auto heights = at + 8, end = heights + at[7];
+    put({at[0], at[1]}, {at[2] != 0, {at[3], at[4], at[5], at[6]}, {heights, end}});
+    at = end;
+  }
 }
 
 // A tile leaves out heights that none of its own nodes needs: those can't disagree.

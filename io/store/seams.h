@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/tiling/executor.h"
 #include "io/store/manifest.h"
 
 namespace btms {
@@ -26,17 +27,20 @@ class Seams {
   void add(std::size_t shard, const TerrainTile& content);
   // A shard whose heights are not known.
   void skip(std::size_t shard);
+  // Where ranks have shards of their own: from here on every rank knows the problems of all. Collective.
+  void join(Ranks& ranks);
   std::vector<SeamProblem> problems() const { return problems_; }
 
  private:
   using Pair = std::pair<std::size_t, std::size_t>;  // ascending
-  // Corners, end column and row included.
   struct Strip {
-    CellBox corners;
-    std::vector<std::int32_t> heights_mm;
+    bool of_first;                         // shard of the pair
+    CellBox corners;                       // end column and row included
+    std::vector<std::int32_t> heights_mm;  // none where they are not known
   };
   template <class Fn>
   void each_neighbour(std::size_t shard, Fn&& fn) const;
+  void put(const Pair& pair, Strip strip);
   void compare(const Pair& pair, const Strip& first, const Strip& second);
 
   const std::vector<ShardEntry>& shards_;

@@ -18,7 +18,7 @@ std::span<const std::uint8_t> bytes_of(std::string_view text) {
 
 // Two hashes of unlike seeds, chained: 128 bits that no two contents share by accident.
 constexpr std::uint64_t kHighSeed = 0x9E3779B97F4A7C15ull;
-void chain(ContentPrint& print, std::span<const std::uint8_t> bytes) {
+void chain(TilePrint& print, std::span<const std::uint8_t> bytes) {
   print.low = xxh3_64(bytes, print.low);
   print.high = xxh3_64(bytes, print.high ^ kHighSeed);
 }
@@ -83,7 +83,7 @@ std::array<double, 4> ServedTiles::bounds_m() const {
 
 std::string ServedTiles::etag(int level, TileId id, std::string_view form) const {
   const ServedTile* tile = find(level, id);
-  ContentPrint print = tile ? tile->content : ContentPrint{};
+  TilePrint print = tile ? tile->content : TilePrint{};
   const std::int64_t words[] = {level, id.tx, id.ty, tile != nullptr, static_cast<std::int64_t>(frame_print_)};
   chain(print, {reinterpret_cast<const std::uint8_t*>(words), sizeof words});
   chain(print, bytes_of(form));

@@ -18,13 +18,13 @@ namespace btms {
 inline constexpr std::int32_t kServedCells = 128;
 
 // Of the decoded values below a tile; equal values have equal prints, whatever file they are in.
-struct ContentPrint {
+struct TilePrint {
   std::uint64_t low = 0, high = 0;
-  friend bool operator==(const ContentPrint&, const ContentPrint&) = default;
+  friend bool operator==(const TilePrint&, const TilePrint&) = default;
 };
 
 struct ServedTile {
-  ContentPrint content;
+  TilePrint content;
   std::uint64_t revision = 0;  // that last changed it
 };
 

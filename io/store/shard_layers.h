@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 #include "io/store/layers.h"
 
 namespace btms {

@@ -128,7 +128,7 @@ End use(const fs::path& folder, const Truth& truth, const std::set<std::string>&
   bool noticed = false, contained = false;
   try {
     Progress progress;
-    const MapCheck check = check_map(folder, read_manifest(folder), trust, *serial_threads(), progress);
+    const MapCheck check = check_map(folder, read_manifest(folder), trust, *serial_threads(), *single_rank(), progress);
     noticed = !check.problems.empty();
     for (const MapProblem& p : check.problems) {
       if (!named(p.file)) return End::kUnnamed;

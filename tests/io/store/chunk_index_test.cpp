@@ -87,7 +87,9 @@ TEST_P(ChunkIndexOf, DamagedAndForgedIndicesShowNothingElse) {
     Bytes bad = file_;
     bad[bad.size() - 1 - random() % index_bytes] ^= static_cast<std::uint8_t>(1 + random() % 255);
     EXPECT_TRUE(!IndexedChunks::of(bad, box_) || overview_in(bad).size() < overview_bytes);
-    if (i < 3) EXPECT_EQ(layers_of(shard(bad), Wanted::kModel), layers_of(shard(file_), Wanted::kModel));
+    if (i < 3) {
+      EXPECT_EQ(layers_of(shard(bad), Wanted::kModel), layers_of(shard(file_), Wanted::kModel));
+    }
   }
   // Places anywhere, with a hash that is right.
   std::vector<ChunkPlace> places((index_bytes - overview_bytes - kEnd_bytes) / sizeof(ChunkPlace));
@@ -101,8 +103,9 @@ TEST_P(ChunkIndexOf, DamagedAndForgedIndicesShowNothingElse) {
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ErrorCode::kVerification);
     }
-    if (IndexedChunks::of(forged, box_))
+    if (IndexedChunks::of(forged, box_)) {
       EXPECT_EQ(thrown_code([&] { layers_of(shard(forged), Wanted::kAll); }), ErrorCode::kVerification);
+    }
   }
   // Swapped, so that every chunk is sound and in the wrong place.
   const auto index = IndexedChunks::of(file_, box_);

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <functional>
+#include <sstream>
 
 #include "io/store/hash.h"
 #include "io/store/layers.h"
@@ -22,9 +23,27 @@ class CheckedMap : public testing::Test {
  protected:
   void SetUp() override { write_map(folder_, layout_, tiles_, "EPSG:28992"); }
 
+  // What three ranks find, too.
   MapCheck check(Trust trust = Trust::kTrusted) const {
-    Progress progress;
-    return check_map(folder_, read_manifest(folder_), trust, *serial_threads(), progress);
+    const Manifest manifest = read_manifest(folder_);
+    const auto check_on = [&](Ranks& ranks) {
+      Progress progress;
+      return check_map(folder_, manifest, trust, *serial_threads(), ranks, progress);
+    };
+    const MapCheck found = check_on(*single_rank());
+    run_forked_ranks(3, [&](Ranks& ranks) {
+      if (all_of(check_on(ranks)) != all_of(found))
+        throw Error(ErrorCode::kVerification, "rank " + std::to_string(ranks.rank()) + " finds something else");
+    });
+    return found;
+  }
+  static std::string all_of(const MapCheck& check) {
+    std::ostringstream text;
+    text << check.has_view << ' ' << check.bytes;
+    for (const MapProblem& p : check.problems) text << '\n' << p.file << ' ' << tiles_text(p.tiles) << ' ' << p.what;
+    for (const std::size_t shard : check.damaged) text << '\n' << shard;
+    for (const std::string& stray : check.strays) text << '\n' << stray;
+    return text.str();
   }
   fs::path shard_path(std::size_t s) const { return folder_ / "shards" / read_manifest(folder_).shards.at(s).file; }
   void flip(const fs::path& file, std::size_t at) const {

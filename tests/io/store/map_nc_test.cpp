@@ -1,7 +1,7 @@
 // map.nc and shards as other programs read them: through plain HDF5 and its stock filters.
 #include <hdf5.h>
 
-#include "io/store/crs.h"
+#include "io/crs/crs.h"
 #include "io/store/hdf5.h"
 #include "tests/io/store/made_map.h"
 

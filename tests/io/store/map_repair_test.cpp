@@ -16,7 +16,7 @@ class RepairedMap : public testing::Test {
 
   MapCheck check() const {
     Progress progress;
-    return check_map(folder_, read_manifest(folder_), Trust::kTrusted, *serial_threads(), progress);
+    return check_map(folder_, read_manifest(folder_), Trust::kTrusted, *serial_threads(), *single_rank(), progress);
   }
   fs::path shard_path(std::size_t s) const { return folder_ / "shards" / read_manifest(folder_).shards.at(s).file; }
   std::map<std::string, std::string> files() const {
