@@ -2,10 +2,11 @@
 # From a fresh clone to a map: installs what is missing, builds, makes a synthetic city, maps it, labels its points and
 # compares the labels with the truth. Everything it makes is in build/ and demo/; running it again is quick.
 #   apps/demo.sh [POINTS]        default: 2000000
+# The same with an installed program, in btms-demo/ of the folder one is in:  sh /usr/share/btms/demo.sh [POINTS]
 set -eu
-cd "$(dirname "$0")/.."
+here=$(cd "$(dirname "$0")" && pwd)
 
-usage() { sed -n '2,4s/^# //p' apps/demo.sh; }
+usage() { sed -n '2,5s/^# //p' "$here/demo.sh"; }
 refuse() {
   echo "demo.sh: $1" >&2
   usage >&2
@@ -20,13 +21,20 @@ case ${1-$points} in
   *) points=${1-$points} ;;
 esac
 demo=demo
-btms=build/release/bin/btms
 
-echo "== 1/6 Installing the Debian packages that are missing (the first time about 1 minute)"
-cmake/install-deps.sh
-echo "== 2/6 Building (the first time about 3 minutes; the rest takes seconds)"
-cmake --preset release >/dev/null
-cmake --build --preset release --target btms
+if [ -e "$here/../CMakeLists.txt" ]; then
+  cd "$here/.."
+  btms=$PWD/build/release/bin/btms
+  echo "== 1/6 Installing the Debian packages that are missing (the first time about 1 minute)"
+  cmake/install-deps.sh
+  echo "== 2/6 Building (the first time about 3 minutes; the rest takes seconds)"
+  cmake --preset release >/dev/null
+  cmake --build --preset release --target btms
+else
+  demo='btms-demo'  # in the folder of whoever calls
+  btms=$(cd "$here/../../bin" && pwd)/btms
+  echo "== 1/6 and 2/6, installing and building, are done: $btms"
+fi
 
 echo "== 3/6 A city of about $points points, with the truth in its classes"
 stamp=$demo/truth/.made-with
@@ -51,6 +59,6 @@ echo "map      $PWD/$demo/city.btms"
 echo "picture  $PWD/$demo/city.png"
 echo "labels   $PWD/$demo/labelled"
 echo
-echo "Look at it in a browser, or ask it over HTTP (docs/http_api.md):  $PWD/$btms serve $demo/city.btms"
-[ -e build/release/share/btms/viewer/index.html ] ||
-  echo "The page needs npm: cmake/install-deps.sh --viewer, then run this again."
+echo "Look at it in a browser, or ask it over HTTP (docs/http_api.md):  $btms serve $demo/city.btms"
+[ -e "${btms%/bin/btms}/share/btms/viewer/index.html" ] ||
+  echo "The page needs npm where the program is built: cmake/install-deps.sh --viewer."

@@ -6,7 +6,7 @@ set -eu
 
 core="build-essential cmake ninja-build pkg-config libeigen3-dev libtbb-dev libnanoflann-dev libhdf5-dev \
 libbenchmark-dev libgtest-dev libgmock-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libyaml-cpp-dev libpng-dev libtiff-dev \
-libboost-dev libxxhash-dev libisal-dev libproj-dev libseccomp-dev zlib1g-dev curl"
+libboost-dev libxxhash-dev libisal-dev libproj-dev libseccomp-dev zlib1g-dev curl file"
 gis="gdal-bin python3-gdal netcdf-bin python3-h5py python3-xarray python3-netcdf4"
 peers="libpcl-dev pcl-tools"  # large; for -DBTMS_WITH_PCL=ON, and a test of exports
 planning="libompl-dev"  # apps/examples/ompl_plan.cpp

@@ -26,6 +26,7 @@
 #include "io/points/trajectory.h"
 #include "io/store/journal.h"
 #include "io/store/map_store.h"
+#include "io/store/part_ranks.h"
 #include "io/store/round_files.h"
 
 namespace btms {
@@ -37,13 +38,16 @@ struct BuildCommand {
   CommonOptions common;
   MemoryOption memory;
   ParameterOptions parameters;
+  PointFileOptions points;
   std::vector<std::string> inputs;
-  std::string output, crs, trajectory, picture, layer = "state";
+  std::string output, crs, to_crs, trajectory, picture, layer = "state";
   std::string tile_cells = "auto", executor = "tbb", neighbours = "nanoflann";
   std::uint64_t max_nodes = BuildOptions{}.max_nodes;
   bool dry_run = false;
   ContinuationRequest continuation;
   double checkpoint_every_s = RoundFilesOptions{}.checkpoint_every_s;
+  std::string part;  // I/N
+  double wait_s = 1;
 };
 
 struct Executor {
@@ -76,6 +80,20 @@ std::optional<std::int32_t> parse_tile_cells(const std::string& text) {
               fmt::format("--tile-cells: found `{}`, expected a number from 1 to 32768, whole or auto", text));
 }
 
+// One of the processes of a job array that build a map together; of 1 where there is no array.
+struct Part {
+  int part = 0, parts = 1;
+};
+
+Part parse_part(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  if (slash != std::string::npos)
+    if (const auto n = whole_number(std::string_view(text).substr(slash + 1), 1, kMostParts))
+      if (const auto i = whole_number(std::string_view(text).substr(0, slash), 1, *n)) return {*i - 1, *n};
+  throw Error(ErrorCode::kUsage,
+              fmt::format("--part: found `{}`, expected I/N with I from 1 to N, N from 1 to {}", text, kMostParts));
+}
+
 // What every rank runs: builds its share, writes its shards; rank 0 publishes.
 // Returns the summary, the same on every rank.
 BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, BuildOptions options, MapInfo info,
@@ -96,16 +114,20 @@ BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, Bu
                                      .keep_all = going_on.since > 0,
                                      .since = going_on.since,
                                      .files = going_on.round_files,
-                                     .checkpoint_every_s = command.checkpoint_every_s});
+                                     // A part may have to get back to where it was many times.
+                                     .checkpoint_every_s = ranks.in_step() ? command.checkpoint_every_s : 0});
   std::unique_ptr<MapReader> before;
   if (going_on.follow) before = MapReader::open(command.output);
   options.memory = &rounds;
   options.before = before.get();
   std::unique_ptr<MapWriter> writer;
   const auto make_sink = [&](const MapLayout& layout) -> TileSink& {
-    writer = MapWriter::create(
-        command.output, layout,
-        {.rank = ranks.rank(), .crs = info.crs_wkt, .identity = build_identity(info), .resume = going_on.resume});
+    writer = MapWriter::create(command.output, layout,
+                               {.rank = ranks.rank(),
+                                .crs = info.crs_wkt,
+                                .identity = build_identity(info),
+                                .resume = going_on.resume,
+                                .leave = !ranks.in_step()});
     at_work = ranks.rank() == 0;
     if (writer->revision() != going_on.revision)
       throw Error(ErrorCode::kFailed, "another build has replaced the map meanwhile; start again", command.output);
@@ -126,7 +148,8 @@ BuildSummary build_rank(const BuildCommand& command, const PointFiles& files, Bu
     writer->publish(info, entries);
     at_work = false;
   }
-  ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size())));  // no rank ends before the map is there
+  // No rank ends before the map is there.
+  if (ranks.in_step()) ranks.exchange(std::vector<Bytes>(static_cast<std::size_t>(ranks.size())));
   return summary;
 }
 
@@ -149,6 +172,9 @@ void follow_parameters(const MapInfo& map, const ParameterOptions& options, Para
 int run_build(const BuildCommand& command) {
   ParameterChoice choice = command.parameters.resolve();
   const Executor executor = parse_executor(command.executor);
+  const Part part = command.part.empty() ? Part{} : parse_part(command.part);
+  if (part.parts > 1 && executor.ranks > 1)
+    throw Error(ErrorCode::kUsage, "--part: ranks of a part; leave out --executor ranks:N, or choose more parts");
   BuildOptions options;
   options.parameters = choice.parameters;
   options.tile_cells = parse_tile_cells(command.tile_cells);
@@ -163,7 +189,7 @@ int run_build(const BuildCommand& command) {
     throw Error(ErrorCode::kUsage, "no INPUT: name point files, folders or globs");
   InputList list = expand_inputs(command.inputs);
   MapInfo info;
-  std::string crs = command.crs;
+  CrsChoice crs{command.crs, command.to_crs};
   if (command.continuation.update) {
     const MapInfo map = open_map(command.output)->info();
     list = updated_inputs(map, command.output, command.continuation, list);
@@ -175,7 +201,8 @@ int run_build(const BuildCommand& command) {
                   command.output);
     if (command.tile_cells != "auto")
       throw Error(ErrorCode::kUsage, "an update keeps the tiles of the map; leave out --tile-cells, or build it anew");
-    crs = command.crs.empty() ? map.crs_wkt : command.crs;
+    if (crs.taken_to_be.empty() && crs.converted_to.empty())
+      (map.crs_given ? crs.taken_to_be : crs.converted_to) = map.crs_wkt;
     info.follows = map.revision;
     options.parameters = choice.parameters;
     options.tile_cells =
@@ -197,11 +224,12 @@ int run_build(const BuildCommand& command) {
   info.preset = choice.preset;
   BuildReport report;
   // Opened once: a file that changes from here on is noticed when it is read.
-  const PointFiles files = open_all(paths);
+  PointFiles files = open_all(paths, command.points);
   log_warnings(list, files);
   report.warnings = list.warnings;
   const std::size_t logged = report.warnings.size();
-  info.crs_wkt = agreed_crs(files, crs, report.warnings);
+  info.crs_wkt = agree_on_crs(files, crs, report.warnings);
+  info.crs_given = !crs.taken_to_be.empty();
   for (std::size_t i = logged; i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
   for (const auto& file : files) {
     info.inputs.push_back(input_record(*file, command.output));
@@ -217,7 +245,9 @@ int run_build(const BuildCommand& command) {
   info.layout.grid.edge_cells = tile_cells(options) << (level_count(options.parameters) - 1);
   info.updatable_since = options.parameters.method == Method::kCoarseToFine &&
                          (command.continuation.updatable || command.continuation.update);
-  const Continuation going_on = continuation(command.output, info, command.continuation);
+  ContinuationRequest request = command.continuation;
+  request.resume |= !command.part.empty();
+  const Continuation going_on = continuation(command.output, info, request);
   if (going_on.finished) {
     spdlog::info("the map is finished already, nothing to do");
     if (command.common.json) print_json(Json{{"map", command.output}, {"finished_before", true}});
@@ -231,13 +261,24 @@ int run_build(const BuildCommand& command) {
     if (ranks.rank() == 0) report.summary = std::move(summary);
   };
   try {
-    run_on_ranks(executor.ranks, body);
+    if (part.parts > 1)
+      body(*part_ranks(parts_folder(command.output), {.part = part.part,
+                                                      .parts = part.parts,
+                                                      .identity = stored_identity(info),
+                                                      .wait_s = command.wait_s,
+                                                      .stop_requested = stop_signalled}));
+    else
+      run_on_ranks(executor.ranks, body);
   } catch (const Error&) {
-    if (at_work && read_journals(command.output))
+    if (part.parts == 1 && at_work && read_journals(command.output))
       spdlog::warn("what is done stays in {}: the same command with --resume goes on from there", command.output);
     throw;
   }
-  if (!is_first_process()) return 0;
+  if (part.part > 0) {
+    spdlog::info("part {} of {} is done", part.part + 1, part.parts);
+    if (command.common.json) print_json(Json{{"map", command.output}, {"part", part.part + 1}, {"parts", part.parts}});
+  }
+  if (!is_first_process() || part.part > 0) return 0;
   report.updated = going_on.follow;
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 
@@ -279,6 +320,7 @@ constexpr const char* kFooter =
     "  btms build tiles/ -o city.btms --resume                # after Ctrl-C, a crash, a full disk\n"
     "  btms build tiles/ -o city.btms --updatable\n"
     "  btms build survey2.las -o city.btms --update           # and --remove old.las, --replace\n"
+    "  btms build tiles/ -o city.btms --part 3/8 --wait 3600  # task 3 of a job array of 8\n"
     "\n"
     "The map has the same digest for any order or splitting of the inputs, tile size, executor and thread count.\n"
     "An older map in the same place is replaced only once the new one is complete.\n"
@@ -294,10 +336,18 @@ Command add_build(CLI::App& btms) {
   app->add_option("-o,--output", command->output, "The map's folder, by custom called NAME.btms")
       ->required()
       ->type_name("MAP");
-  app->add_option("--crs", command->crs,
-                  "Reference system of the coordinates, EPSG:n or WKT (default: what the inputs say)")
+  app->add_option(
+         "--crs", command->crs,
+         "Reference system of the coordinates, EPSG:n or WKT, whatever the inputs say (default: what they say)")
       ->type_name("CRS")
       ->default_str("");
+  app->add_option("--to-crs", command->to_crs,
+                  "Reference system of the map: inputs that name another one are converted (default: that of the first "
+                  "input that names one)")
+      ->type_name("CRS")
+      ->default_str("")
+      ->excludes("--crs");
+  add_columns_option(*app, command->points);
   app->add_option("--trajectory", command->trajectory,
                   "Where the sensor has been, as text in the frame of the points (x y z, TUM or KITTI): what it passed "
                   "over is terrain")
@@ -331,6 +381,21 @@ Command add_build(CLI::App& btms) {
       ->type_name("NAME")
       ->default_str("")
       ->group(going_on);
+  const char* array = "Job arrays (without MPI)";
+  CLI::Option* part = app->add_option("--part", command->part,
+                                      "Build part I of N of the map; run all parts, at once or again and again, until "
+                                      "`btms join MAP` says that it is done")
+                          ->type_name("I/N")
+                          ->default_str("")
+                          ->excludes("--update")
+                          ->excludes("--updatable")
+                          ->group(array);
+  app->add_option("--wait", command->wait_s,
+                  "How long a part waits for what it needs of the others, before it ends to be run again")
+      ->check(CLI::Range(0.0, 1e9))
+      ->type_name("SECONDS")
+      ->needs(part)
+      ->group(array);
   app->add_option("--checkpoint-every", command->checkpoint_every_s,
                   "Save what --resume goes on from after this many seconds, when a level is done")
       ->check(CLI::Range(0.0, 1e9))

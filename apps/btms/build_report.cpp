@@ -14,7 +14,11 @@ double points_per_second(const BuildReport& report) {
 Json report_json(const BuildReport& report) {
   const BuildSummary& s = report.summary;
   Json phases = Json::array();
-  for (const PhaseTime& phase : s.phases) phases.push_back({{"phase", phase.phase}, {"seconds", tidy(phase.seconds)}});
+  for (const PhaseTime& phase : s.phases)
+    phases.push_back({{"phase", phase.phase},
+                      {"seconds", tidy(phase.seconds)},
+                      {"sent_bytes", phase.traffic.sent_bytes},
+                      {"shared_bytes", phase.traffic.shared_bytes}});
   Json json;
   json["map"] = report.map;
   if (!report.picture.empty()) json["picture"] = report.picture;

@@ -16,6 +16,7 @@ struct Command {
 };
 
 Command add_build(CLI::App& btms);
+Command add_join(CLI::App& btms);
 Command add_label(CLI::App& btms);
 Command add_segment(CLI::App& btms);
 Command add_info(CLI::App& btms);
@@ -31,5 +32,7 @@ Command add_sweep(CLI::App& btms);
 Command add_synth(CLI::App& btms);
 Command add_accumulate(CLI::App& btms);
 Command add_serve(CLI::App& btms);
+Command add_man(CLI::App& btms);
+Command add_completion(CLI::App& btms);
 
 }  // namespace btms

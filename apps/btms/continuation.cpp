@@ -32,12 +32,6 @@ bool same_bytes(const fs::path& a, const fs::path& b) {
   return one.eof() && other.eof();
 }
 
-// What is no part of a finished map's own description.
-MapInfo as_stored(MapInfo info) {
-  for (InputRecord& in : info.inputs) in.changed_ns = 0;
-  return info;
-}
-
 }  // namespace
 
 InputList updated_inputs(const MapInfo& map, const fs::path& folder, const ContinuationRequest& request,
@@ -98,6 +92,11 @@ InputRecord input_record(const PointFile& file, const fs::path& folder) {
           .changed_ns = print.changed_ns};
 }
 
+std::string stored_identity(MapInfo info) {
+  for (InputRecord& in : info.inputs) in.changed_ns = 0;
+  return build_identity(info);
+}
+
 Continuation continuation(const fs::path& folder, const MapInfo& wanted, const ContinuationRequest& request) {
   Continuation out;
   const auto published = read_manifest_of(folder);
@@ -130,8 +129,7 @@ Continuation continuation(const fs::path& folder, const MapInfo& wanted, const C
                   folder.string());
     out.resume = true;
   } else if (published && !request.update) {
-    const std::string what =
-        identity_difference(build_identity(as_stored(published->info)), build_identity(as_stored(wanted)));
+    const std::string what = identity_difference(stored_identity(published->info), stored_identity(wanted));
     if (!what.empty())
       throw Error(ErrorCode::kUsage,
                   "the map there is finished, but another one (" + what +

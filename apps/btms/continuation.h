@@ -36,6 +36,9 @@ std::filesystem::path input_path(const InputRecord& input, const std::filesystem
 // A record of an input for the manifest; its path is told from the map's folder.
 InputRecord input_record(const PointFile& file, const std::filesystem::path& folder);
 
+// build_identity() of what the finished map says of itself: whenever its inputs were written.
+std::string stored_identity(MapInfo info);
+
 // `wanted` is what is to be built. Throws Error(kUsage) when an interrupted or finished build that is to be taken up is
 // one of something else.
 Continuation continuation(const std::filesystem::path& folder, const MapInfo& wanted,

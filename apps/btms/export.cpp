@@ -13,6 +13,7 @@
 #include "engine/error.h"
 #include "engine/query/tile_cache.h"
 #include "engine/routing/route.h"
+#include "io/crs/crs.h"
 #include "io/export/cloud_geotiff.h"
 #include "io/export/geotiff.h"
 #include "io/export/glb_mesh.h"
@@ -23,7 +24,6 @@
 #include "io/export/ply_mesh.h"
 #include "io/export/window_formats.h"
 #include "io/files/atomic_file.h"
-#include "io/store/crs.h"
 #include "io/store/raster_nc.h"
 
 namespace btms {

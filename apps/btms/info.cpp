@@ -2,6 +2,7 @@
 #include "apps/btms/info.h"
 
 #include "apps/btms/command.h"
+#include "apps/btms/inputs.h"
 #include "apps/btms/open_map.h"
 #include "engine/error.h"
 
@@ -10,6 +11,7 @@ namespace {
 
 struct InfoCommand {
   CommonOptions common;
+  PointFileOptions points;
   std::string path;
   bool untrusted = false;
 };
@@ -21,7 +23,7 @@ int run_info(const InfoCommand& command) {
   if (std::filesystem::is_directory(command.path, ignored))
     print_map(command.path, command.untrusted, command.common.json, *make_threads(command.common.thread_count()));
   else
-    print_point_file(command.path, command.common.json);
+    print_point_file(command.path, command.points, command.common.json);
   return 0;
 }
 
@@ -30,8 +32,8 @@ constexpr const char* kFooter =
     "  btms info tile.las\n"
     "  btms info city.btms --json\n"
     "\n"
-    "A LAS file is taken at its header's word; PCD files and KITTI scans, which declare no extent, and maps are read "
-    "whole.";
+    "A LAS file is taken at its header's word; files of other formats, which declare no extent, and maps are "
+    "read whole.";
 
 }  // namespace
 
@@ -40,6 +42,7 @@ Command add_info(CLI::App& btms) {
   CLI::App* app = btms.add_subcommand("info", "Say what a point file or a map is");
   app->footer(kFooter);
   app->add_option("PATH", command->path, "A point file, or a map made by `btms build`")->required()->type_name("");
+  add_columns_option(*app, command->points);
   add_untrusted_option(*app, command->untrusted);
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_info(*command); }};

@@ -88,8 +88,8 @@ double density(const PointFileInfo& info, const Extent& extent) {
 
 }  // namespace
 
-void print_point_file(const std::string& path, bool as_json) {
-  const auto file = open_points(path);
+void print_point_file(const std::string& path, const PointFileOptions& options, bool as_json) {
+  const auto file = open_points(path, options);
   const PointFileInfo& info = file->info();
   const bool declared = info.declared_bounds_m.has_value();
   const Extent extent = declared ? Extent{} : measure(*file);

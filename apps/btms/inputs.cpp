@@ -5,10 +5,18 @@
 namespace btms {
 namespace fs = std::filesystem;
 
-PointFiles open_all(std::span<const fs::path> paths) {
+PointFiles open_all(std::span<const fs::path> paths, const PointFileOptions& options) {
   PointFiles files;
-  for (const fs::path& path : paths) files.push_back(open_points(path));
+  for (const fs::path& path : paths) files.push_back(open_points(path, options));
   return files;
+}
+
+void add_columns_option(CLI::App& app, PointFileOptions& options) {
+  app.add_option("--columns", options.columns,
+                 "Of text files: where x, y and z are (2,3,4), or what the columns are (id,x,y,z) (default: as the "
+                 "line above the points says, else the first three)")
+      ->type_name("LIST")
+      ->default_str("");
 }
 
 void log_warnings(const InputList& list, const PointFiles& files) {

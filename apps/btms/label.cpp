@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
+#include <numeric>
 
 #include "apps/btms/command.h"
 #include "apps/btms/inputs.h"
@@ -11,6 +13,8 @@
 #include "apps/btms/memory_option.h"
 #include "apps/btms/open_map.h"
 #include "apps/btms/outputs.h"
+#include "apps/btms/process_group.h"
+#include "apps/btms/reference_system.h"
 #include "apps/btms/stop_signal.h"
 #include "engine/error.h"
 #include "engine/tiling/label.h"
@@ -22,6 +26,7 @@ struct LabelCommand {
   CommonOptions common;
   MemoryOption memory;
   std::string map, output;
+  PointFileOptions points;
   std::vector<std::string> inputs;
   bool force = false;
 };
@@ -57,38 +62,82 @@ std::size_t label_cache_bytes(std::uint64_t limit, int threads) {
       std::min<std::uint64_t>(kLabelCacheBytes, limit > 2 * aside ? limit - aside : limit / 2));
 }
 
-int run_label(const LabelCommand& command) {
-  const auto reader = open_map(command.map);
-  const InputList list = expand_inputs(command.inputs);
-  const PointFiles files = open_all(list.paths);
-  log_warnings(list, files);
-  prepare_label_folder(files, command.output, command.force);
+// The rank that labels each file: the largest goes first, to whom has least to do.
+std::vector<int> share_out(const PointFiles& files, int ranks) {
+  std::vector<std::size_t> order(files.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater{}, [&](std::size_t i) { return files[i]->size(); });
+  std::vector<std::uint64_t> points(static_cast<std::size_t>(ranks));
+  std::vector<int> rank(files.size());
+  for (const std::size_t i : order) {
+    const auto least = std::ranges::min_element(points);
+    *least += files[i]->size();
+    rank[i] = static_cast<int>(least - points.begin());
+  }
+  return rank;
+}
 
-  watch_stop_signals();
-  const auto threads = make_threads(command.common.thread_count());
+struct LabelledFile {
+  std::size_t file;
+  LabelCounts counts;
+};
+
+// What this rank does.
+std::vector<LabelledFile> label_share(const LabelCommand& command, const PointFiles& files, const MapReader& map,
+                                      const Ranks& ranks) {
+  const std::vector<int> rank_of = share_out(files, ranks.size());
+  std::uint64_t points = 0;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (rank_of[i] == ranks.rank()) points += files[i]->size();
+  const auto threads = make_threads(std::max(1, command.common.thread_count() / processes_here(1)));
   const std::size_t cache_bytes = label_cache_bytes(command.memory.limit(), threads->count());
-  LabelReport report;
-  report.warnings = list.warnings;
-  ProgressDisplay display(command.common.progress_style());
-  display.begin("label", total_points(files), "points");
+  ProgressDisplay display(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone);
+  display.begin("label", points, "points");
   OnePhase progress(display);
-  const auto begun = std::chrono::steady_clock::now();
-  for (const auto& file : files) {
-    const auto writer = create_labels(*file, command.output);
+  std::vector<LabelledFile> done;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (rank_of[i] != ranks.rank()) continue;
+    const auto writer = create_labels(*files[i], command.output);
     const auto write = [&](std::uint64_t first, std::span<const Label> labels, PointBlock& block) {
       writer->write(first, labels, block);
     };
-    const LabelCounts counts =
-        label_points(*file, *reader, reader->info().parameters, *threads, write, progress, cache_bytes);
+    done.push_back({i, label_points(*files[i], map, map.info().parameters, *threads, write, progress, cache_bytes)});
     throw_if_stopped();
-    const std::string warning = check_cover(*file, counts, command.map);
-    if (!warning.empty()) report.warnings.push_back(warning);
+    check_cover(*files[i], done.back().counts, command.map);
     writer->commit();
-    report.add(*file, writer->path(), counts);
   }
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   display.finish();
-  for (std::size_t i = list.warnings.size(); i < report.warnings.size(); ++i) spdlog::warn("{}", report.warnings[i]);
+  return done;
+}
+
+int run_label(const LabelCommand& command) {
+  const auto reader = open_map(command.map);
+  const InputList list = expand_inputs(command.inputs);
+  PointFiles files = open_all(list.paths, command.points);
+  std::vector<std::string> converted;
+  if (!reader->info().crs_given) converted = convert_to(files, reader->info().crs_wkt);
+  log_warnings(list, files);
+  for (const std::string& sentence : converted) spdlog::warn("{}", sentence);
+  prepare_label_folder(files, command.output, command.force);
+
+  watch_stop_signals();
+  LabelReport report;
+  report.warnings = list.warnings;
+  report.warnings.insert(report.warnings.end(), converted.begin(), converted.end());
+  const auto begun = std::chrono::steady_clock::now();
+  run_on_ranks(1, [&](Ranks& ranks) {
+    std::vector<LabelledFile> done = ranks.gather(label_share(command, files, *reader, ranks));
+    std::ranges::sort(done, {}, &LabelledFile::file);
+    for (const auto& [i, counts] : done) report.add(*files[i], label_path(files[i]->path(), command.output), counts);
+  });
+  if (!is_first_process()) return 0;
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::string warning = check_cover(*files[i], report.files[i].counts, command.map);
+    if (warning.empty()) continue;
+    spdlog::warn("{}", warning);
+    report.warnings.push_back(warning);
+  }
   report.print(command.common.json);
   return 0;
 }
@@ -101,7 +150,7 @@ constexpr const char* kFooter =
     "  .las -> .las    a copy: class 2 ground, 1 not, 7 far below; a dropped point keeps its class\n"
     "  .laz -> .las    the same, not compressed: there is no encoder\n"
     "  .bin -> .label  u32: 40 terrain, 99 not, 0 dropped\n"
-    "  .pcd, .ply, .npy -> .labels u8: 1 terrain, 0 not";
+    "  .pcd, .ply, .npy, text -> .labels u8: 1 terrain, 0 not";
 
 }  // namespace
 
@@ -117,6 +166,7 @@ Command add_label(CLI::App& btms) {
   app->add_option("-o,--output", command->output, "Folder for the results; made when missing")
       ->required()
       ->type_name("DIR");
+  add_columns_option(*app, command->points);
   add_force_option(*app, command->force);
   command->memory.add_to(*app, false);
   add_run_options(*app, command->common);

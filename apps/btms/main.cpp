@@ -31,7 +31,7 @@ constexpr const char* kFooter =
     "\n"
     "`btms SUBCOMMAND --help` explains each with its defaults.\n"
     "Data goes to stdout, log and progress to stderr. Exit status: 0 done, 1 failed, 2 usage,\n"
-    "3 bad input data, 4 verification mismatch, 130 stopped by the user.";
+    "3 bad input data, 4 verification mismatch, 5 other parts have to run first, 130 stopped by the user.";
 
 int report_error(const Error& error, const CommonOptions& common) {
   // What is wrong for all, the first process says; it ends the others, who get to say only what is wrong with them.
@@ -97,10 +97,10 @@ int parse_and_run(int argc, char** argv) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(36);
   app.option_defaults()->always_capture_default();
-  const Command commands[] = {add_build(app),  add_label(app), add_segment(app),    add_info(app),
-                              add_query(app),  add_route(app), add_export(app),     add_digest(app),
-                              add_verify(app), add_diff(app),  add_eval(app),       add_params(app),
-                              add_sweep(app),  add_synth(app), add_accumulate(app), add_serve(app)};
+  const Command commands[] = {add_build(app),      add_join(app),  add_label(app),  add_segment(app),   add_info(app),
+                              add_query(app),      add_route(app), add_export(app), add_digest(app),    add_verify(app),
+                              add_diff(app),       add_eval(app),  add_params(app), add_sweep(app),     add_synth(app),
+                              add_accumulate(app), add_serve(app), add_man(app),    add_completion(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,4 +1,6 @@
 // btms params: every parameter with symbol, unit, range, default and source.
+#include <spdlog/fmt/fmt.h>
+
 #include "apps/btms/command.h"
 #include "apps/btms/parameter_options.h"
 
@@ -9,6 +11,7 @@ struct ParamsCommand {
   CommonOptions common;
   std::string preset = "city";
   bool schema = false;
+  bool markdown = false;
 };
 
 Json schema_json(const Parameters& defaults) {
@@ -66,9 +69,55 @@ Json table_json(const std::string& name, const Parameters& values) {
   return json;
 }
 
+void print_row(const std::vector<std::string>& cells) {
+  std::string line = "|";
+  for (const std::string& cell : cells) line += " " + cell + " |";
+  print_line(line);
+}
+
+// docs/parameters.md, where a test compares it.
+void print_page() {
+  print_line(
+      "# Parameters\n\n"
+      "Written by `btms params --markdown`, from the table that flags, `--config` files and maps are made of. Names "
+      "are keys "
+      "of a YAML file\n"
+      "([config.yaml](config.yaml) is an example, [config.schema.json](config.schema.json) its schema); "
+      "`slope_max_deg` is "
+      "the flag\n"
+      "`--slope-max-deg`. A preset counts least, a file more, a flag most. Defaults are those of the preset `city`.\n");
+  const Parameters city = preset("city");
+  print_row({"name", "symbol", "unit", "range", "default", "what it does", "source"});
+  print_line("|---|---|---|---|---|---|---|");
+  for (const ParameterInfo& info : parameter_table())
+    print_row({fmt::format("`{}`", info.name), std::string(info.symbol), std::string(info.unit), range_text(info),
+               parameter_text(city, info), std::string(info.help), std::string(info.source)});
+  print_line("\n## What the presets change\n\nEmpty where the value is that of `city`.\n");
+  std::vector<std::string> head{"name"}, rule{"---"};
+  for (const std::string& name : preset_names()) {
+    head.push_back(fmt::format("`{}`", name));
+    rule.emplace_back("---");
+  }
+  print_row(head);
+  print_row(rule);
+  for (const ParameterInfo& info : parameter_table()) {
+    std::vector<std::string> row{fmt::format("`{}`", info.name)};
+    const std::string usual = parameter_text(city, info);
+    bool differs = false;
+    for (const std::string& name : preset_names()) {
+      const std::string value = parameter_text(preset(name), info);
+      differs = differs || value != usual;
+      row.push_back(value != usual || name == "city" ? value : "");
+    }
+    if (differs) print_row(row);
+  }
+}
+
 int run_params(const ParamsCommand& command) {
   const Parameters values = preset(command.preset);
-  if (command.schema) {
+  if (command.markdown) {
+    print_page();
+  } else if (command.schema) {
     print_json(schema_json(values));
   } else if (command.common.json) {
     print_json(table_json(command.preset, values));
@@ -86,7 +135,8 @@ int run_params(const ParamsCommand& command) {
 constexpr const char* kFooter =
     "Examples:\n"
     "  btms params --preset single-scan\n"
-    "  btms params --schema > btms-config.schema.json\n"
+    "  btms params --schema > config.schema.json      # first line of a file:  # yaml-language-server: "
+    "$schema=config.schema.json\n"
     "\n"
     "A parameter `name_like_this` is the flag --name-like-this of build and segment, and the key name_like_this of a\n"
     "--config file. A preset counts least, a config file more, a flag most.";
@@ -99,6 +149,8 @@ Command add_params(CLI::App& btms) {
   app->footer(kFooter);
   app->add_option("--preset", command->preset, "Whose values to show: " + preset_list())->type_name("NAME");
   app->add_flag("--schema", command->schema, "Print a JSON schema of the configuration file instead");
+  app->add_flag("--markdown", command->markdown,
+                "Print all presets as a page in Markdown (docs/parameters.md) instead");
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_params(*command); }};
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "apps/btms/inputs.h"
+#include "apps/btms/reference_system.h"
 #include "engine/error.h"
 #include "engine/tiling/build.h"
 #include "io/points/trajectory.h"
@@ -54,8 +55,9 @@ std::int32_t tile_cells_of(const MapInfo& info) {
 void rebuild_missing(const std::string& map, const Manifest& manifest, const RebuildInputs& inputs,
                      const MemoryOption& memory, const Threads& threads, Progress& progress, MapRepair& repair) {
   const MapInfo& info = manifest.info;
-  const PointFiles files = open_all(expand_inputs(inputs.points).paths);
+  PointFiles files = open_all(expand_inputs(inputs.points).paths, inputs.options);
   check_same_inputs(files, info);
+  if (!info.crs_given) convert_to(files, info.crs_wkt);
   BuildOptions options;
   options.parameters = info.parameters;
   options.tile_cells = tile_cells_of(info);

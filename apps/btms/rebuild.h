@@ -7,12 +7,14 @@
 #include "apps/btms/memory_option.h"
 #include "engine/tiling/executor.h"
 #include "engine/tiling/progress.h"
+#include "io/points/point_file.h"
 #include "io/store/map_repair.h"
 
 namespace btms {
 
 struct RebuildInputs {
   std::vector<std::string> points;  // as given to build
+  PointFileOptions options;
   std::string trajectory;
 };
 

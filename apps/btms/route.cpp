@@ -12,9 +12,9 @@
 #include "apps/btms/report.h"
 #include "engine/error.h"
 #include "engine/routing/route.h"
+#include "io/crs/crs.h"
 #include "io/export/route_picture.h"
 #include "io/files/atomic_file.h"
-#include "io/store/crs.h"
 
 namespace btms {
 namespace {

@@ -19,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 
 struct SegmentCommand {
   CommonOptions common;
+  PointFileOptions points;
   ParameterOptions parameters;
   std::vector<std::string> scans;
   std::string output;
@@ -46,7 +47,7 @@ double segment_one(const PointFile& file, ScanSegmenter& segmenter, const std::s
 int run_segment(const SegmentCommand& command) {
   const ParameterChoice choice = command.parameters.resolve();
   const InputList list = expand_inputs(command.scans);
-  const PointFiles files = open_all(list.paths);
+  const PointFiles files = open_all(list.paths, command.points);
   log_warnings(list, files);
   prepare_label_folder(files, command.output, command.force);
 
@@ -101,6 +102,7 @@ Command add_segment(CLI::App& btms) {
   app->add_option("-o,--output", command->output, "Folder for the labels; made when missing")
       ->required()
       ->type_name("DIR");
+  add_columns_option(*app, command->points);
   add_force_option(*app, command->force);
   add_run_options(*app, command->common);
   command->parameters.add_to(*app, "single-scan");

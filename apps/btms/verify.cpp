@@ -2,9 +2,13 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "apps/btms/command.h"
 #include "apps/btms/continuation.h"
+#include "apps/btms/inputs.h"
 #include "apps/btms/open_map.h"
+#include "apps/btms/process_group.h"
 #include "apps/btms/rebuild.h"
 #include "apps/btms/report.h"
 #include "apps/btms/run_plan.h"
@@ -37,9 +41,11 @@ std::size_t tile_count(const Manifest& manifest) {
   return n;
 }
 
-MapCheck check_with_progress(const VerifyCommand& command, const Manifest& manifest, const Threads& threads) {
-  ProgressDisplay progress(command.common.progress_style());
-  return check_map(command.map, manifest, command.untrusted ? Trust::kUntrusted : Trust::kTrusted, threads, progress);
+MapCheck check_with_progress(const VerifyCommand& command, const Manifest& manifest, const Threads& threads,
+                             Ranks& ranks) {
+  ProgressDisplay progress(ranks.rank() == 0 ? command.common.progress_style() : ProgressStyle::kNone);
+  return check_map(command.map, manifest, command.untrusted ? Trust::kUntrusted : Trust::kTrusted, threads, ranks,
+                   progress);
 }
 
 // From what is left of the damaged files first, then from the inputs.
@@ -146,24 +152,50 @@ Manifest manifest_of(const VerifyCommand& command) {
   }
 }
 
+// The newest one, the same on every rank, although a build may publish the next meanwhile.
+Manifest agreed_manifest(const VerifyCommand& command, Ranks& ranks) {
+  for (;;) {
+    Manifest manifest = manifest_of(command);
+    const auto revisions = ranks.gather(std::vector{manifest.info.revision});
+    if (std::ranges::count(revisions, revisions.front()) == std::ssize(revisions)) return manifest;
+  }
+}
+
+struct Checked {
+  Manifest manifest;
+  MapCheck found;
+};
+
+// Problems of a map whose next revision is there, which has removed shards of this one, are none: that is the map now.
+Checked check_newest(const VerifyCommand& command, const Threads& threads, Ranks& ranks) {
+  for (;;) {
+    Checked checked{agreed_manifest(command, ranks), {}};
+    checked.found = check_with_progress(command, checked.manifest, threads, ranks);
+    if (checked.found.problems.empty()) return checked;
+    const bool is_old = published_revision(command.map) > checked.manifest.info.revision;
+    const auto any_old = ranks.gather(std::vector<std::uint8_t>{is_old});
+    if (std::ranges::count(any_old, 1) == 0) return checked;
+  }
+}
+
 int run_verify(const VerifyCommand& command) {
-  Manifest manifest = manifest_of(command);
   watch_stop_signals();
-  const auto threads = make_threads(command.common.thread_count());
-  MapCheck first = check_with_progress(command, manifest, *threads);
-  // A build may have published the next revision meanwhile, and removed shards of this one: then that is the map.
-  while (!first.problems.empty() && published_revision(command.map) > manifest.info.revision) {
-    manifest = manifest_of(command);
-    first = check_with_progress(command, manifest, *threads);
-  }
-  MapCheck last = first;
+  Checked checked;
+  run_on_ranks(1, [&](Ranks& ranks) {
+    const auto threads = make_threads(std::max(1, command.common.thread_count() / processes_here(1)));
+    checked = check_newest(command, *threads, ranks);
+  });
+  const bool sound = checked.found.problems.empty();
+  if (!is_first_process()) return sound ? 0 : exit_status(ErrorCode::kVerification);
+  MapCheck last = checked.found;
   std::optional<Repair> repair;
-  if (command.repair && !first.problems.empty()) {
-    repair = repair_map(command, manifest, first, *threads);
-    manifest = read_manifest(command.map);
-    last = check_with_progress(command, manifest, *threads);
+  if (command.repair && !sound) {
+    const auto threads = make_threads(command.common.thread_count());
+    repair = repair_map(command, checked.manifest, checked.found, *threads);
+    checked.manifest = read_manifest(command.map);
+    last = check_with_progress(command, checked.manifest, *threads, *single_rank());
   }
-  print_check(command, manifest, first, repair, last);
+  print_check(command, checked.manifest, checked.found, repair, last);
   return last.problems.empty() ? 0 : exit_status(ErrorCode::kVerification);
 }
 
@@ -199,6 +231,7 @@ Command add_verify(CLI::App& btms) {
       ->needs(repair)
       ->default_str("")
       ->type_name("FILE...");
+  add_columns_option(*app, command->inputs.options);
   app->add_option("--trajectory", command->inputs.trajectory, "The trajectory the map was made with")
       ->needs(repair)
       ->default_str("")

@@ -78,10 +78,11 @@ Built build(const std::vector<std::string>& inputs, const fs::path& output, cons
             CallbackProgress& progress) {
   Built built;
   const InputList list = expand_inputs(inputs);
-  const PointFiles files = open_all(list.paths);
+  PointFiles files = open_all(list.paths);
   built.warnings = list.warnings;
   MapInfo info;
-  info.crs_wkt = agreed_crs(files, crs, built.warnings);
+  info.crs_wkt = agree_on_crs(files, {crs, {}}, built.warnings);
+  info.crs_given = !crs.empty();
   info.parameters = parameters;
   info.preset = preset_name;
   std::vector<const PointSource*> sources;

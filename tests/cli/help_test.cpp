@@ -1,18 +1,8 @@
 // What the program says of itself, and how it exits when it is called wrongly.
-#include "tests/cli/program.h"
+#include "tests/cli/help_text.h"
 
 namespace btms::test {
 namespace {
-
-// The list under "Subcommands:".
-std::vector<std::string> subcommands() {
-  std::istringstream help(run({"--help"}).out);
-  std::vector<std::string> names;
-  std::string line;
-  while (std::getline(help, line) && line != "Subcommands:") continue;
-  while (std::getline(help, line) && line.starts_with("  ")) names.push_back(line.substr(2, line.find(' ', 2) - 2));
-  return names;
-}
 
 TEST(CliHelp, NamesEverySubcommandAndAnExample) {
   const Outcome help = run({"--help"});
