@@ -1,7 +1,6 @@
 #include "io/points/kitti.h"
 
 #include <algorithm>
-#include <cassert>
 
 #include "engine/tiling/millimetres.h"
 #include "io/points/input_file.h"
@@ -15,31 +14,23 @@ constexpr std::size_t kStride = 16;
 
 class KittiFile final : public PointFile {
  public:
-  explicit KittiFile(const std::filesystem::path& path) : file_(path) {
+  explicit KittiFile(const std::filesystem::path& path) : PointFile(path) {
     if (file_.size() % kStride != 0) {
       file_.refuse("the file has " + std::to_string(file_.size()) +
                    " bytes, expected a multiple of 16 (float32 x, y, z, intensity)");
     }
     info_.format = "KITTI scan";
     info_.points = file_.size() / kStride;
-    info_.bytes = file_.size();
     if (info_.points == 0) info_.warnings.emplace_back("the scan is empty");
     refuse_swapped_bytes();
   }
 
-  std::string name() const override { return file_.path().string(); }
-  std::uint64_t size() const override { return info_.points; }
-  const std::filesystem::path& path() const override { return file_.path(); }
-  const PointFileInfo& info() const override { return info_; }
-
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    assert(first <= size() && count <= size() - first);
-    block.reset(count);
+ private:
+  void do_read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     read_records(file_, {0, kStride}, first, count, block,
                  [&](const std::uint8_t* records, std::size_t n, std::size_t at) { unpack(records, n, block, at); });
   }
 
- private:
   // A float times 1000 is exact in double, so there is one rounding.
   static void unpack(const std::uint8_t* record, std::size_t n, PointBlock& block, std::size_t at) {
     float x[kMmChunk], y[kMmChunk], z[kMmChunk];
@@ -71,9 +62,6 @@ class KittiFile final : public PointFile {
                  " points looked at are out of range: looks byte-swapped (big-endian), or not a KITTI scan; expected "
                  "little-endian float32");
   }
-
-  InputFile file_;
-  PointFileInfo info_;
 };
 
 }  // namespace

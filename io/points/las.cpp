@@ -1,7 +1,6 @@
 #include "io/points/las.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -21,14 +20,13 @@ namespace {
 class LasFile final : public PointFile {
  public:
   LasFile(const std::filesystem::path& path, const std::string& crs)
-      : file_(path),
+      : PointFile(path),
         header_(read_las_header(file_)),
         crs_(read_las_crs(file_, header_)),
         scaling_(times_unit(header_.scale, 1000), times_unit(header_.offset, 1000)) {
     info_.format =
         "LAS 1." + std::to_string(header_.minor_version) + ", point format " + std::to_string(header_.format);
     info_.points = header_.points;
-    info_.bytes = file_.size();
     info_.declared_bounds_m = header_.declared_bounds;
     if (info_.declared_bounds_m)
       for (std::size_t i = 0; i < 6; ++i)
@@ -40,19 +38,12 @@ class LasFile final : public PointFile {
     move_to(crs);
   }
 
-  std::string name() const override { return file_.path().string(); }
-  std::uint64_t size() const override { return header_.points; }
-  const std::filesystem::path& path() const override { return file_.path(); }
-  const PointFileInfo& info() const override { return info_; }
-
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    assert(first <= size() && count <= size() - first);
-    block.reset(count);
+ private:
+  void do_read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     read_records(file_, {header_.points_offset, header_.record_bytes}, first, count, block,
                  [&](const std::uint8_t* records, std::size_t n, std::size_t at) { unpack(records, n, block, at); });
   }
 
- private:
   // What the file's coordinates have to become, where they don't stay what they are.
   void move_to(const std::string& wanted) {
     if (header_.declared_bounds && !can_be(crs_.kind, middle_of(*header_.declared_bounds))) {
@@ -147,13 +138,11 @@ class LasFile final : public PointFile {
     return n - static_cast<std::size_t>(inside);
   }
 
-  InputFile file_;
   LasHeader header_;
   LasCrs crs_;
   LasScaling scaling_;
   std::optional<Box> box_;  // that the header declares
   std::unique_ptr<Reprojection> reprojection_;
-  PointFileInfo info_;
 };
 
 }  // namespace

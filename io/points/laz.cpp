@@ -3,7 +3,6 @@
 #include <fcntl.h>
 
 #include <array>
-#include <cassert>
 #include <cerrno>
 #include <mutex>
 #include <utility>
@@ -106,25 +105,13 @@ void keep(std::shared_ptr<const Decoded> decoded) {
 
 class LazFile final : public PointFile {
  public:
-  LazFile(const fs::path& path, std::string crs) : file_(path), crs_(std::move(crs)) {
+  LazFile(const fs::path& path, std::string crs) : PointFile(path), crs_(std::move(crs)) {
     info_ = in_the_name_of(path, [&] {
       const LazLayout layout = read_laz_layout(file_);
       return open_las(NamelessLas(path, layout).path(), crs_)->info();
     });
-    info_.label_bytes = info_.bytes;
-    info_.bytes = file_.size();
+    info_.label_bytes = std::exchange(info_.bytes, file_.size());
     info_.format[2] = 'Z';  // "LAS 1.2, ..."
-  }
-
-  std::string name() const override { return file_.path().string(); }
-  std::uint64_t size() const override { return info_.points; }
-  const fs::path& path() const override { return file_.path(); }
-  const PointFileInfo& info() const override { return info_; }
-
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    assert(first <= size() && count <= size() - first);
-    const auto all = decoded();
-    in_the_name_of(path(), [&] { all->las->read(first, count, block); });
   }
 
   // Who comes meanwhile waits: it wants the same.
@@ -142,9 +129,12 @@ class LazFile final : public PointFile {
   }
 
  private:
-  InputFile file_;
-  const std::string crs_;  // wanted
-  PointFileInfo info_;
+  void do_read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
+    const auto all = decoded();
+    in_the_name_of(path(), [&] { all->las->read(first, count, block); });
+  }
+
+  const std::string crs_;     // wanted
   mutable std::mutex mutex_;  // guards decoded_
   mutable std::weak_ptr<const Decoded> decoded_;
 };

@@ -1,6 +1,5 @@
 #include "io/points/npy.h"
 
-#include <cassert>
 #include <charconv>
 #include <cstring>
 #include <string_view>
@@ -142,7 +141,7 @@ NpyHeader read_npy_header(const InputFile& file) {
 
 class NpyFile final : public PointFile {
  public:
-  explicit NpyFile(const std::filesystem::path& path) : file_(path), header_(read_npy_header(file_)) {
+  explicit NpyFile(const std::filesystem::path& path) : PointFile(path), header_(read_npy_header(file_)) {
     layout_ = {header_.data_offset, header_.columns * bytes_of(header_.type)};
     const std::uint64_t room = file_.size() - header_.data_offset;
     if (header_.rows > room / layout_.stride) {
@@ -154,21 +153,14 @@ class NpyFile final : public PointFile {
     info_.format = std::string("NPY array, ") + (header_.type == NumberType::kFloat32 ? "float32" : "float64") + ", " +
                    std::to_string(header_.columns) + " columns";
     info_.points = header_.rows;
-    info_.bytes = file_.size();
     if (info_.points == 0) info_.warnings.emplace_back("the file has no points");
     const std::uint64_t trailing = room - header_.rows * layout_.stride;
     if (trailing != 0) info_.warnings.push_back(std::to_string(trailing) + " bytes behind the last point: ignored");
     if (header_.type == NumberType::kFloat32) warn_of_coarse_floats(*this, info_.warnings);
   }
 
-  std::string name() const override { return file_.path().string(); }
-  std::uint64_t size() const override { return info_.points; }
-  const std::filesystem::path& path() const override { return file_.path(); }
-  const PointFileInfo& info() const override { return info_; }
-
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    assert(first <= size() && count <= size() - first);
-    block.reset(count);
+ private:
+  void do_read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     read_records(file_, layout_, first, count, block, [&](const std::uint8_t* records, std::size_t n, std::size_t at) {
       Metres chunk;
       for (std::size_t axis = 0; axis < 3; ++axis)
@@ -178,11 +170,8 @@ class NpyFile final : public PointFile {
     });
   }
 
- private:
-  InputFile file_;
   NpyHeader header_;
   RecordLayout layout_{};
-  PointFileInfo info_;
 };
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <cstdlib>
 #include <cstring>
 #include <optional>
@@ -44,10 +43,9 @@ class ColumnMemory {
 
 class PcdFile final : public PointFile {
  public:
-  explicit PcdFile(const std::filesystem::path& path) : file_(path), header_(read_pcd_header(file_)) {
+  explicit PcdFile(const std::filesystem::path& path) : PointFile(path), header_(read_pcd_header(file_)) {
     info_.format = "PCD " + header_.version + " " + kDataNames[static_cast<int>(header_.data)];
     info_.points = header_.points;
-    info_.bytes = file_.size();
     info_.warnings = header_.warnings;
     if (header_.points == 0) info_.warnings.emplace_back("the file has no points");
     switch (header_.data) {
@@ -64,14 +62,8 @@ class PcdFile final : public PointFile {
     warn_of_coarse_floats();
   }
 
-  std::string name() const override { return file_.path().string(); }
-  std::uint64_t size() const override { return header_.points; }
-  const std::filesystem::path& path() const override { return file_.path(); }
-  const PointFileInfo& info() const override { return info_; }
-
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    assert(first <= size() && count <= size() - first);
-    block.reset(count);
+ private:
+  void do_read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     switch (header_.data) {
       case PcdData::kAscii:
         return read_ascii(first, count, block);
@@ -82,7 +74,6 @@ class PcdFile final : public PointFile {
     }
   }
 
- private:
   // Bytes of all records. Fits 64 bits, or the file would not be long enough.
   std::uint64_t record_bytes(std::uint64_t room) const {
     std::uint64_t bytes = 0;
@@ -206,13 +197,11 @@ class PcdFile final : public PointFile {
     }
   }
 
-  InputFile file_;
   PcdHeader header_;
   std::optional<PointLines> lines_;  // ascii only
   std::optional<LzfRange> packed_;   // binary_compressed only
   ColumnMemory memory_;
   std::array<std::vector<std::uint8_t>, 3> columns_;  // x, y, z of a compressed file, unpacked; empty without memory
-  PointFileInfo info_;
 };
 
 }  // namespace

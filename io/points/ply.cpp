@@ -1,7 +1,6 @@
 #include "io/points/ply.h"
 
 #include <algorithm>
-#include <cassert>
 #include <optional>
 #include <utility>
 
@@ -70,11 +69,10 @@ class Walker {
 
 class PlyFile final : public PointFile {
  public:
-  explicit PlyFile(const std::filesystem::path& path) : file_(path), header_(read_ply_header(file_)) {
+  explicit PlyFile(const std::filesystem::path& path) : PointFile(path), header_(read_ply_header(file_)) {
     constexpr const char* kDataNames[] = {"ascii", "binary, little-endian", "binary, big-endian"};
     info_.format = std::string("PLY ") + kDataNames[static_cast<int>(header_.data)];
     info_.points = header_.points().count;
-    info_.bytes = file_.size();
     if (info_.points == 0) info_.warnings.emplace_back("the file has no points");
     const bool more = header_.vertex + 1 < header_.elements.size();  // nobody follows what comes behind the points
     if (header_.data == PlyData::kAscii) {
@@ -89,20 +87,13 @@ class PlyFile final : public PointFile {
       warn_of_coarse_floats(*this, info_.warnings);
   }
 
-  std::string name() const override { return file_.path().string(); }
-  std::uint64_t size() const override { return info_.points; }
-  const std::filesystem::path& path() const override { return file_.path(); }
-  const PointFileInfo& info() const override { return info_; }
-
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    assert(first <= size() && count <= size() - first);
-    block.reset(count);
+ private:
+  void do_read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     if (lines_) return read_lines(*lines_, file_, first, count, block);
     read_records(file_, layout_, first, count, block,
                  [&](const std::uint8_t* records, std::size_t n, std::size_t at) { unpack(records, n, block, at); });
   }
 
- private:
   void open_ascii() {
     LineLayout layout;
     layout.offset = header_.data_offset;
@@ -143,11 +134,9 @@ class PlyFile final : public PointFile {
     chunk.round(n, block, at);
   }
 
-  InputFile file_;
   PlyHeader header_;
   std::optional<PointLines> lines_;  // ascii only
   RecordLayout layout_{};            // binary only
-  PointFileInfo info_;
 };
 
 }  // namespace

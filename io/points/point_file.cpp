@@ -1,5 +1,7 @@
 #include "io/points/point_file.h"
 
+#include <cassert>
+
 #include "engine/error.h"
 #include "io/files/atomic_file.h"
 #include "io/points/extension.h"
@@ -81,6 +83,12 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
 }
 
 }  // namespace
+
+void PointFile::read(std::uint64_t first, std::size_t count, PointBlock& block) const {
+  assert(first <= size() && count <= size() - first);
+  block.reset(count);
+  do_read(first, count, block);
+}
 
 std::unique_ptr<PointFile> open_points(const std::filesystem::path& path, const PointFileOptions& options) {
   return row_for(kFormats, path).open(path, options);

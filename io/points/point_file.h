@@ -12,6 +12,7 @@
 
 #include "engine/terrain/segmentation.h"
 #include "engine/tiling/point_source.h"
+#include "io/points/input_file.h"
 
 namespace btms {
 
@@ -29,8 +30,21 @@ struct PointFileInfo {
 // a signal. Dropped points keep their place.
 class PointFile : public PointSource {
  public:
-  virtual const std::filesystem::path& path() const = 0;
-  virtual const PointFileInfo& info() const = 0;
+  std::string name() const final { return path().string(); }
+  std::uint64_t size() const final { return info_.points; }
+  const std::filesystem::path& path() const { return file_.path(); }
+  const PointFileInfo& info() const { return info_; }
+  void read(std::uint64_t first, std::size_t count, PointBlock& block) const final;
+
+ protected:
+  explicit PointFile(const std::filesystem::path& path) : file_(path) { info_.bytes = file_.size(); }
+
+  const InputFile file_;
+  PointFileInfo info_;  // for a reader's constructor to fill in
+
+ private:
+  // Fills the block, which has room for `count` points. Precondition: they are in the file.
+  virtual void do_read(std::uint64_t first, std::size_t count, PointBlock& block) const = 0;
 };
 
 struct PointFileOptions {

@@ -1,7 +1,5 @@
 #include "io/points/xyz.h"
 
-#include <cassert>
-
 #include "io/points/metres.h"
 #include "io/points/xyz_header.h"
 
@@ -11,14 +9,13 @@ namespace {
 class XyzFile final : public PointFile {
  public:
   XyzFile(const std::filesystem::path& path, const std::string& columns)
-      : file_(path), header_(read_xyz_header(file_, columns)), lines_(file_, header_.lines) {
+      : PointFile(path), header_(read_xyz_header(file_, columns)), lines_(file_, header_.lines) {
     constexpr std::string_view kAxes = "xyz";
     info_.format = "text";
     for (std::size_t axis = 0; axis < 3; ++axis)
       info_.format += std::string(axis == 0 ? ", " : " ") + kAxes[axis] + " in column " +
                       std::to_string(header_.lines.xyz[axis] + 1) + (axis < 2 ? "," : "");
     info_.points = lines_.points();
-    info_.bytes = file_.size();
     if (info_.points == 0) info_.warnings.emplace_back("the file has no points");
     if (header_.count && *header_.count != info_.points)
       info_.warnings.push_back("the file says it has " + std::to_string(*header_.count) + " points, found " +
@@ -29,22 +26,13 @@ class XyzFile final : public PointFile {
     }
   }
 
-  std::string name() const override { return file_.path().string(); }
-  std::uint64_t size() const override { return info_.points; }
-  const std::filesystem::path& path() const override { return file_.path(); }
-  const PointFileInfo& info() const override { return info_; }
-
-  void read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
-    assert(first <= size() && count <= size() - first);
-    block.reset(count);
+ private:
+  void do_read(std::uint64_t first, std::size_t count, PointBlock& block) const override {
     read_lines(lines_, file_, first, count, block);
   }
 
- private:
-  InputFile file_;
   XyzHeader header_;
   PointLines lines_;
-  PointFileInfo info_;
 };
 
 }  // namespace
