@@ -1,10 +1,9 @@
 #include "apps/server/representation.h"
 
-#include <isa-l/igzip_lib.h>
-
 #include <charconv>
 
 #include "apps/server/problem.h"
+#include "io/files/deflate.h"
 
 namespace btms {
 namespace {
@@ -50,20 +49,10 @@ std::string compressed_tag(const std::string& etag) { return etag.substr(0, etag
 
 // nullptr when it would not get smaller.
 Body gzip(const std::vector<std::uint8_t>& bytes) {
-  std::vector<std::uint8_t> out(bytes.size()), work(ISAL_DEF_LVL1_DEFAULT);
-  isal_zstream stream;
-  isal_deflate_stateless_init(&stream);
-  stream.gzip_flag = IGZIP_GZIP;
-  stream.level = 1;
-  stream.level_buf = work.data();
-  stream.level_buf_size = static_cast<std::uint32_t>(work.size());
-  stream.end_of_stream = 1;
-  stream.next_in = const_cast<std::uint8_t*>(bytes.data());  // only read
-  stream.avail_in = static_cast<std::uint32_t>(bytes.size());
-  stream.next_out = out.data();
-  stream.avail_out = static_cast<std::uint32_t>(out.size());
-  if (isal_deflate_stateless(&stream) != COMP_OK) return nullptr;
-  out.resize(stream.total_out);
+  std::vector<std::uint8_t> out(bytes.size());
+  const auto size = Deflater(Wrapper::kGzip).deflate(bytes, out);
+  if (!size) return nullptr;
+  out.resize(*size);
   out.shrink_to_fit();
   return std::make_shared<const std::vector<std::uint8_t>>(std::move(out));
 }

@@ -8,12 +8,11 @@
 #include <span>
 #include <vector>
 
-struct isal_zstream;
+#include "io/files/deflate.h"
+
 struct inflate_state;
 
 namespace btms {
-
-inline constexpr int kDeflateLevel = 1;  // higher levels of ISA-L buy nothing here
 
 // HDF5's variant of Fletcher-32 (16-bit big-endian words).
 std::uint32_t fletcher32(std::span<const std::uint8_t> bytes);
@@ -24,15 +23,11 @@ bool has_checksum(std::span<const std::uint8_t> stored);
 // Holds the compressor's state; use one per thread at a time. Bytes depend on the version of ISA-L, values don't.
 class ChunkEncoder {
  public:
-  ChunkEncoder();
-  ~ChunkEncoder();
-  ChunkEncoder(const ChunkEncoder&) = delete;
-  ChunkEncoder& operator=(const ChunkEncoder&) = delete;
   std::vector<std::uint8_t> encode(std::span<const std::uint8_t> values, std::size_t element_bytes);
 
  private:
-  std::unique_ptr<isal_zstream> stream_;
-  std::vector<std::uint8_t> work_, shuffled_, deflated_;  // kept between calls
+  Deflater deflater_{Wrapper::kZlib};
+  std::vector<std::uint8_t> shuffled_, deflated_;  // kept between calls
 };
 
 class ChunkDecoder {

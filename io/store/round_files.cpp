@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "engine/error.h"
+#include "io/files/deflate.h"
 #include "io/store/hash.h"
 
 namespace btms {
@@ -101,21 +102,12 @@ std::optional<std::vector<Block>> read_index(const fs::path& file) {
 }
 
 std::vector<std::uint8_t> compressed(const std::vector<std::uint8_t>& record) {
-  std::vector<std::uint8_t> out(record.size() + record.size() / 1000 + 1024), work(ISAL_DEF_LVL1_DEFAULT);
-  isal_zstream stream;
-  isal_deflate_stateless_init(&stream);
-  stream.next_in = const_cast<std::uint8_t*>(record.data());  // the library only reads
-  stream.avail_in = static_cast<std::uint32_t>(record.size());
-  stream.next_out = out.data();
-  stream.avail_out = static_cast<std::uint32_t>(out.size());
-  stream.level = 1;
-  stream.level_buf = work.data();
-  stream.level_buf_size = static_cast<std::uint32_t>(work.size());
-  stream.end_of_stream = 1;
-  stream.flush = NO_FLUSH;
-  if (record.size() > UINT32_MAX / 2 || isal_deflate_stateless(&stream) != COMP_OK) return record;
-  out.resize(stream.total_out);
-  return out.size() < record.size() ? out : record;
+  if (record.size() > UINT32_MAX / 2) return record;
+  std::vector<std::uint8_t> out(record.size());
+  const auto bytes = Deflater(Wrapper::kNone).deflate(record, out);
+  if (!bytes || *bytes == record.size()) return record;  // of equal size it is read as not compressed
+  out.resize(*bytes);
+  return out;
 }
 
 std::optional<std::vector<std::uint8_t>> expanded(std::vector<std::uint8_t>&& stored, std::uint64_t bytes) {
