@@ -27,7 +27,7 @@ if [ -e "$here/../CMakeLists.txt" ]; then
   btms=$PWD/build/release/bin/btms
   echo "== 1/6 Installing the Debian packages that are missing (the first time about 1 minute)"
   cmake/install-deps.sh
-  echo "== 2/6 Building (the first time about 3 minutes; the rest takes seconds)"
+  echo "== 2/6 Building (the first time about 5 minutes; the rest takes seconds)"
   cmake --preset release >/dev/null
   cmake --build --preset release --target btms
 else
