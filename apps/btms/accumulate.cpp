@@ -361,7 +361,7 @@ int run_accumulate(const AccumulateCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kAccumulateFooter =
     "Examples:\n"
     "  btms synth --scene city --drive -o drive\n"
     "  btms accumulate --scans drive/velodyne --labels drive/labels --poses drive/poses_drifting.txt --align-ground "
@@ -384,7 +384,7 @@ constexpr const char* kFooter =
 Command add_accumulate(CLI::App& btms) {
   auto command = std::make_shared<AccumulateCommand>();
   CLI::App* app = btms.add_subcommand("accumulate", "Make one thinned map of many scans, with their poses and labels");
-  app->footer(kFooter);
+  app->footer(kAccumulateFooter);
   app->add_option("--scans", command->scans, "Folder or glob of scans")->required()->type_name("PATH");
   app->add_option("--poses", command->poses, "Poses, KITTI or TUM")->required()->type_name("FILE");
   app->add_option("-o,--output", command->output, "The map, NAME.las")->required()->type_name("FILE");

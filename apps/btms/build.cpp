@@ -310,7 +310,7 @@ int run_build(const BuildCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kBuildFooter =
     "Examples:\n"
     "  btms build tiles/ -o city.btms\n"
     "  btms build 'survey/*.las' -o hills.btms --resolution 2 --slope-max-deg 30 --picture hills.png\n"
@@ -331,7 +331,7 @@ constexpr const char* kFooter =
 Command add_build(CLI::App& btms) {
   auto command = std::make_shared<BuildCommand>();
   CLI::App* app = btms.add_subcommand("build", "Build a map: point files in, a terrain model on disk out");
-  app->footer(kFooter);
+  app->footer(kBuildFooter);
   app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")->default_str("")->type_name("");
   app->add_option("-o,--output", command->output, "The map's folder, by custom called NAME.btms")
       ->required()

@@ -213,7 +213,7 @@ int run_diff(const DiffCommand& command) {
   return result.all.differ == 0 ? 0 : exit_status(ErrorCode::kVerification);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kDiffFooter =
     "Examples:\n"
     "  btms diff monday.btms tuesday.btms\n"
     "  btms diff coarse.btms fine.btms --json\n"
@@ -229,7 +229,7 @@ constexpr const char* kFooter =
 Command add_diff(CLI::App& btms) {
   auto command = std::make_shared<DiffCommand>();
   CLI::App* app = btms.add_subcommand("diff", "Say where two maps differ, in what and by how much");
-  app->footer(kFooter);
+  app->footer(kDiffFooter);
   app->add_option("BEFORE", command->before, "A map made by `btms build`")->required()->type_name("");
   app->add_option("AFTER", command->after, "Another")->required()->type_name("");
   add_untrusted_option(*app, command->untrusted);

@@ -47,7 +47,7 @@ int run_digest(const DigestCommand& command) {
   return exit_status(ErrorCode::kVerification);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kDigestFooter =
     "Example:\n"
     "  btms digest city.btms\n"
     "\n"
@@ -60,7 +60,7 @@ constexpr const char* kFooter =
 Command add_digest(CLI::App& btms) {
   auto command = std::make_shared<DigestCommand>();
   CLI::App* app = btms.add_subcommand("digest", "Compute a map's fingerprint from its content, and check it");
-  app->footer(kFooter);
+  app->footer(kDigestFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
   add_untrusted_option(*app, command->untrusted);
   add_run_options(*app, command->common);

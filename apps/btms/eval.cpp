@@ -142,7 +142,7 @@ int run_eval(const EvalCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kEvalFooter =
     "Examples:\n"
     "  btms eval --truth demo --prediction demo/labelled --classes\n"
     "  btms eval --truth demo --prediction demo/labelled --picture wrong.png --picture-box 0,0,100,80\n"
@@ -177,7 +177,7 @@ constexpr const char* kFooter =
 Command add_eval(CLI::App& btms) {
   auto command = std::make_shared<EvalCommand>();
   CLI::App* app = btms.add_subcommand("eval", "Score labelled points, or a map, against truth");
-  app->footer(kFooter);
+  app->footer(kEvalFooter);
   app->add_option("--truth", command->truth, "Classified points: .las or .label, a file or a folder")
       ->default_str("")
       ->type_name("PATH");

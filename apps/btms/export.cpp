@@ -226,7 +226,7 @@ int run_export(const ExportCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kExportFooter =
     "Examples:\n"
     "  btms export city.btms -o city.tif                                   heights as GeoTIFF, for QGIS and GDAL\n"
     "  btms export city.btms -o all.tif --layers elevation,slope,class --cog\n"
@@ -249,7 +249,7 @@ Command add_export(CLI::App& btms) {
   auto command = std::make_shared<ExportCommand>();
   CLI::App* app =
       btms.add_subcommand("export", "Write a map as GeoTIFF, NetCDF, mesh, point tiles, graph, picture or Nav2 map");
-  app->footer(kFooter);
+  app->footer(kExportFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
   app->add_option(
          "-o,--output", command->output,

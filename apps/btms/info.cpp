@@ -27,7 +27,7 @@ int run_info(const InfoCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kInfoFooter =
     "Examples:\n"
     "  btms info tile.las\n"
     "  btms info city.btms --json\n"
@@ -40,7 +40,7 @@ constexpr const char* kFooter =
 Command add_info(CLI::App& btms) {
   auto command = std::make_shared<InfoCommand>();
   CLI::App* app = btms.add_subcommand("info", "Say what a point file or a map is");
-  app->footer(kFooter);
+  app->footer(kInfoFooter);
   app->add_option("PATH", command->path, "A point file, or a map made by `btms build`")->required()->type_name("");
   add_columns_option(*app, command->points);
   add_untrusted_option(*app, command->untrusted);

@@ -57,7 +57,7 @@ int run_join(const JoinCommand& command) {
   return map ? 0 : exit_status(ErrorCode::kUnfinished);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kJoinFooter =
     "Example: three parts, one after another (at once they need one turn, with a --wait that is long enough)\n"
     "  until btms join city.btms; do\n"
     "    for i in 1 2 3; do btms build tiles/ -o city.btms --part $i/3; done\n"
@@ -71,7 +71,7 @@ constexpr const char* kFooter =
 Command add_join(CLI::App& btms) {
   auto command = std::make_shared<JoinCommand>();
   CLI::App* app = btms.add_subcommand("join", "Say whether the parts of a job array have built their map");
-  app->footer(kFooter);
+  app->footer(kJoinFooter);
   app->add_option("MAP", command->map, "What the parts were given as --output")->required()->type_name("");
   add_output_options(*app, command->common);
   return {app, {command, &command->common}, [command] { return run_join(*command); }};

@@ -142,7 +142,7 @@ int run_label(const LabelCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kLabelFooter =
     "Example:\n"
     "  btms label city.btms tiles/ -o labelled/\n"
     "\n"
@@ -157,7 +157,7 @@ constexpr const char* kFooter =
 Command add_label(CLI::App& btms) {
   auto command = std::make_shared<LabelCommand>();
   CLI::App* app = btms.add_subcommand("label", "Label points as ground or not, against a finished map");
-  app->footer(kFooter);
+  app->footer(kLabelFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
   app->add_option("INPUT", command->inputs, "Point files, folders of them, or globs")
       ->required()

@@ -22,7 +22,7 @@ namespace {
 constexpr const char* kDescription =
     "btms turns point clouds into one seamless terrain model, and labels every point as ground or not.";
 
-constexpr const char* kFooter =
+constexpr const char* kMainFooter =
     "Example: a synthetic city, its map, and how well the ground was found\n"
     "  btms synth --scene city --points 2000000 -o demo\n"
     "  btms build demo -o demo/city.btms --picture demo/city.png\n"
@@ -92,7 +92,7 @@ void keep_freed_memory() {
 
 int parse_and_run(int argc, char** argv) {
   CLI::App app(kDescription, "btms");
-  app.footer(kFooter);
+  app.footer(kMainFooter);
   app.set_version_flag("--version", "btms " BTMS_VERSION "\n" BTMS_LIBRARIES);
   app.require_subcommand(1);
   app.get_formatter()->column_width(36);

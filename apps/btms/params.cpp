@@ -132,7 +132,7 @@ int run_params(const ParamsCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kParamsFooter =
     "Examples:\n"
     "  btms params --preset single-scan\n"
     "  btms params --schema > config.schema.json      # first line of a file:  # yaml-language-server: "
@@ -146,7 +146,7 @@ constexpr const char* kFooter =
 Command add_params(CLI::App& btms) {
   auto command = std::make_shared<ParamsCommand>();
   CLI::App* app = btms.add_subcommand("params", "List the method's parameters, their ranges, defaults and sources");
-  app->footer(kFooter);
+  app->footer(kParamsFooter);
   app->add_option("--preset", command->preset, "Whose values to show: " + preset_list())->type_name("NAME");
   app->add_flag("--schema", command->schema, "Print a JSON schema of the configuration file instead");
   app->add_flag("--markdown", command->markdown,

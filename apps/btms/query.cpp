@@ -151,7 +151,7 @@ int run_query(const QueryCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kQueryFooter =
     "Examples:\n"
     "  btms query city.btms --at 120.5,88.25\n"
     "  btms query city.btms --at=-3,4 --at 10,4 --json\n"
@@ -180,7 +180,7 @@ Command add_query(CLI::App& btms) {
   auto command = std::make_shared<QueryCommand>();
   CLI::App* app = btms.add_subcommand(
       "query", "Ask a map for heights, by option or in batch on stdin, or whether a vehicle may go there");
-  app->footer(kFooter);
+  app->footer(kQueryFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
   app->add_option("--at", command->at,
                   "A place in metres of the map frame; repeatable (default: lines `X Y` from stdin)")

@@ -118,7 +118,7 @@ int run_route(const RouteCommand& command) {
   return found ? 0 : exit_status(ErrorCode::kFailed);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kRouteFooter =
     "Examples:\n"
     "  btms route city.btms --from 20,30 --to 380,260 --picture route.png\n"
     "  btms route city.btms --from 20,30 --to 380,260 -o route.geojson --cost-weight 0    the shortest way\n"
@@ -138,7 +138,7 @@ Command add_route(CLI::App& btms) {
   auto command = std::make_shared<RouteCommand>();
   CLI::App* app =
       btms.add_subcommand("route", "Find the cheapest way between two places, over what a vehicle can cross");
-  app->footer(kFooter);
+  app->footer(kRouteFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
   app->add_option("--from", command->from, "Where it begins, in metres of the map frame")->required()->type_name("X,Y");
   app->add_option("--to", command->to, "Where it ends")->required()->type_name("X,Y");

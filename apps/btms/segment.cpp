@@ -80,7 +80,7 @@ int run_segment(const SegmentCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kSegmentFooter =
     "Example:\n"
     "  btms segment sequences/00/velodyne/*.bin -o predictions/\n"
     "  btms segment sequences/00/velodyne/*.bin -o predictions/ --preset paper-single-scan   # ten times as fast\n"
@@ -94,7 +94,7 @@ constexpr const char* kFooter =
 Command add_segment(CLI::App& btms) {
   auto command = std::make_shared<SegmentCommand>();
   CLI::App* app = btms.add_subcommand("segment", "Label single scans, each on its own, in memory");
-  app->footer(kFooter);
+  app->footer(kSegmentFooter);
   app->add_option("SCAN", command->scans, "Point files, folders of them, or globs")
       ->required()
       ->default_str("")

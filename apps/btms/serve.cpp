@@ -73,7 +73,7 @@ int run_serve(const ServeCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kServeFooter =
     "Examples:\n"
     "  btms serve city.btms                        # http://127.0.0.1:8080/ : a viewer, and the API below /v1\n"
     "  curl 'http://127.0.0.1:8080/v1/maps/city/height?x=200&y=150'\n"
@@ -89,7 +89,7 @@ constexpr const char* kFooter =
 Command add_serve(CLI::App& btms) {
   auto command = std::make_shared<ServeCommand>();
   CLI::App* app = btms.add_subcommand("serve", "Serve maps over HTTP: tiles, heights, checks, a viewer");
-  app->footer(kFooter);
+  app->footer(kServeFooter);
   app->add_option("MAP", command->maps, "Maps made by `btms build`")->required()->type_name("");
   app->add_option("--port", command->http.port, "Port; 0 takes any that is free")->capture_default_str();
   app->add_option("--address", command->http.address, "Address to listen at")->capture_default_str();

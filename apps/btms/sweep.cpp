@@ -193,7 +193,7 @@ int run_sweep(const SweepCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kSweepFooter =
     "Every file is segmented alone, as by `btms segment`, once for every value of every --over and once more without\n"
     "completion; the other parameters stay as the preset, the file and the flags have them. DIR gets sweep.csv (a row "
     "a\n"
@@ -213,7 +213,7 @@ constexpr const char* kFooter =
 Command add_sweep(CLI::App& btms) {
   auto command = std::make_shared<SweepCommand>();
   CLI::App* app = btms.add_subcommand("sweep", "Accuracy over parameters, with and without completion: table and plot");
-  app->footer(kFooter);
+  app->footer(kSweepFooter);
   app->add_option("--points", command->points, "Scans or classified maps: files, folders of them, or globs")
       ->required()
       ->default_str("")

@@ -138,7 +138,7 @@ int run_synth(const SynthCommand& command) {
   return 0;
 }
 
-constexpr const char* kFooter =
+constexpr const char* kSynthFooter =
     "Examples:\n"
     "  btms synth --scene city --points 2000000 -o demo\n"
     "  btms synth --scene hills --files 9 --origin 350000,5600000 --crs EPSG:25832 -o hills\n"
@@ -160,7 +160,7 @@ Command add_synth(CLI::App& btms) {
   auto command = std::make_shared<SynthCommand>();
   CLI::App* app =
       btms.add_subcommand("synth", "Make a synthetic world with exact truth, as LAS tiles or scans of a drive");
-  app->footer(kFooter);
+  app->footer(kSynthFooter);
   app->add_option("-o,--output", command->output, "Folder for the tiles or the drive; made when missing")
       ->required()
       ->type_name("DIR");

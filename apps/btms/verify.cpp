@@ -199,7 +199,7 @@ int run_verify(const VerifyCommand& command) {
   return last.problems.empty() ? 0 : exit_status(ErrorCode::kVerification);
 }
 
-constexpr const char* kFooter =
+constexpr const char* kVerifyFooter =
     "Examples:\n"
     "  btms verify city.btms\n"
     "  btms verify city.btms --repair                     # and --inputs tiles/ where they have moved\n"
@@ -222,7 +222,7 @@ constexpr const char* kFooter =
 Command add_verify(CLI::App& btms) {
   auto command = std::make_shared<VerifyCommand>();
   CLI::App* app = btms.add_subcommand("verify", "Check that a map is whole and undamaged, and repair it");
-  app->footer(kFooter);
+  app->footer(kVerifyFooter);
   app->add_option("MAP", command->map, "A map made by `btms build`")->required()->type_name("");
   CLI::Option* repair = app->add_flag("--repair", command->repair, "Put back what is damaged or missing");
   app->add_option("--inputs", command->inputs.points,

@@ -10,7 +10,7 @@
 namespace btms::oracle {
 namespace {
 
-const long double kPi = std::acos(-1.0L);
+const long double kHalfTurn = std::acos(-1.0L);
 
 // EXPECT_NEAR in long double.
 testing::AssertionResult close(long double a, long double b, long double tolerance) {
@@ -92,15 +92,17 @@ TEST(Oracle, FourteenNeighbours) {
 
 TEST(Oracle, KernelValues) {
   EXPECT_CLOSE(kernel(0, 4), 1.0, 1e-15);
-  EXPECT_CLOSE(kernel(1, 4), 0.5 + 1 / (2 * kPi), 1e-15);
+  EXPECT_CLOSE(kernel(1, 4), 0.5 + 1 / (2 * kHalfTurn), 1e-15);
   EXPECT_CLOSE(kernel(2, 4), 1.0 / 6, 1e-15);
-  EXPECT_CLOSE(kernel(3, 4), 1.0 / 6 - 1 / (2 * kPi), 1e-15);
+  EXPECT_CLOSE(kernel(3, 4), 1.0 / 6 - 1 / (2 * kHalfTurn), 1e-15);
   EXPECT_CLOSE(kernel(0.99L, 1), 8.66e-10, 1e-11);
   EXPECT_EQ(kernel(4, 4), 0);
   EXPECT_EQ(kernel(5, 4), 0);
   // The series and the printed form are one function, and it falls all the way.
   for (long double x = 0.951L; x < 0.99L; x += 0.003L)
-    EXPECT_CLOSE(kernel(x, 1), (2 + std::cos(2 * kPi * x)) * (1 - x) / 3 + std::sin(2 * kPi * x) / (2 * kPi), 1e-18);
+    EXPECT_CLOSE(kernel(x, 1),
+                 (2 + std::cos(2 * kHalfTurn * x)) * (1 - x) / 3 + std::sin(2 * kHalfTurn * x) / (2 * kHalfTurn),
+                 1e-18);
   long double before = 1;
   for (long double x = 0.001L; x < 1; x += 0.001L) {
     EXPECT_GT(kernel(x, 1), 0);
@@ -199,7 +201,7 @@ TEST(Oracle, FaithfulNormalsFlattenSlopes) {
     p.normal_similarity = 1;
     p.plane_distance = 1.5;
     p.completion_normals = normals;
-    const long double gradient = std::tan(degrees * kPi / 180);
+    const long double gradient = std::tan(degrees * kHalfTurn / 180);
     std::vector<Point> points;
     for (std::int64_t row = -4; row <= 4; ++row)
       for (std::int64_t col = -4; col <= 4; ++col)
@@ -213,7 +215,7 @@ TEST(Oracle, FaithfulNormalsFlattenSlopes) {
     EXPECT_TRUE(hole.predicted);
     EXPECT_EQ(hole.count, 0);
     EXPECT_LT(hole.normal[0], 0);  // leans away from the slope, which rises with x
-    return static_cast<double>(std::acos(hole.normal[2]) * 180 / kPi);
+    return static_cast<double>(std::acos(hole.normal[2]) * 180 / kHalfTurn);
   };
   for (const auto& [slope, flattened] :
        {std::pair{5.0, 2.95}, {10.0, 5.93}, {15.0, 8.93}, {20.0, 11.99}, {30.0, 18.35}}) {
@@ -376,7 +378,7 @@ TEST(Oracle, SlopeLimit) {
 // Between two level nodes at different heights the predicted and the final planes get too steep at some step. Here by
 // the gradient, not by the normal: g^2 > tan^2.
 TEST(Oracle, PredictionsAndFinalPlanesKeepTheSlopeLimit) {
-  const long double limit = std::tan(20 * kPi / 180);
+  const long double limit = std::tan(20 * kHalfTurn / 180);
   int reverted = 0, refused = 0, kept = 0, dropped = 0;
   for (const CompletionNormals normals : {CompletionNormals::kFaithful, CompletionNormals::kPlane})
     for (int step_mm = 0; step_mm < 6000; step_mm += 250) {

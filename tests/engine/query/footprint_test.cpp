@@ -10,10 +10,8 @@
 #include "tests/engine/query/hazard_map.h"
 #include "tests/engine/query/plane_shapes.h"
 
-namespace btms {
+namespace btms::test {
 namespace {
-
-using namespace test;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -362,4 +360,4 @@ TEST(Footprint, TheFirstHazardOfAPath) {
 }
 
 }  // namespace
-}  // namespace btms
+}  // namespace btms::test

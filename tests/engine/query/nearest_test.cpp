@@ -8,10 +8,8 @@
 #include "engine/error.h"
 #include "tests/engine/query/hazard_map.h"
 
-namespace btms {
+namespace btms::test {
 namespace {
-
-using namespace test;
 
 TEST(Nearest, IsTheNearestOfAll) {
   const Terrain terrain(hazard_map(16));
@@ -63,4 +61,4 @@ TEST(Nearest, NowhereAndTooFar) {
 }
 
 }  // namespace
-}  // namespace btms
+}  // namespace btms::test

@@ -6,10 +6,8 @@
 #include "tests/engine/query/plane_shapes.h"
 #include "tests/support/cloud.h"
 
-namespace btms {
+namespace btms::test {
 namespace {
-
-using namespace test;
 
 constexpr std::int64_t kHalf = 3;
 
@@ -72,4 +70,4 @@ TEST(Overlap, GiantShapes) {
 }
 
 }  // namespace
-}  // namespace btms
+}  // namespace btms::test

@@ -8,10 +8,8 @@
 #include "engine/error.h"
 #include "tests/engine/query/query_map.h"
 
-namespace btms {
+namespace btms::test {
 namespace {
-
-using namespace test;
 
 TEST(Profile, VerticesAndStepsInBetween) {
   const auto map = std::make_shared<MemoryMap>(rolling_map(3));
@@ -76,4 +74,4 @@ TEST(Profile, NoPlacesAndNoSteps) {
 }
 
 }  // namespace
-}  // namespace btms
+}  // namespace btms::test

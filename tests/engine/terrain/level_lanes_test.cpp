@@ -19,7 +19,7 @@
 namespace btms::test {
 namespace {
 
-const LevelRules kLast(preset("city"), 2000, false, true), kFirst(preset("city"), 32000, true, false);
+const LevelRules kLast(preset("city"), 2000, false, true), kCoarsest(preset("city"), 32000, true, false);
 
 LevelNode random_node(Random& random, std::int32_t r_mm, std::int32_t relief_mm) {
   LevelNode n;
@@ -133,7 +133,7 @@ TEST(LevelCompletion, IsThatOfOneNodeInIntegers) {
   LevelCompletionScratch scratch;
   int prior_taken = 0, outside = 0;
   for (int trial = 0; trial < 400; ++trial) {
-    const LevelRules& rules = trial % 2 ? kFirst : kLast;
+    const LevelRules& rules = trial % 2 ? kCoarsest : kLast;
     const std::int32_t relief = trial % 5 == 0 ? kMaxVertical_mm : 20'000, reach = trial % 3 == 0 ? 9 : 4;
     std::vector<LevelNode> nodes;
     std::vector<Cell> places;

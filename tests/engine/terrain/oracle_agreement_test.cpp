@@ -28,6 +28,7 @@
 #include "engine/tiling/label.h"
 #include "engine/tiling/segment.h"
 #include "tests/oracle/oracle.h"
+#include "tests/support/cloud.h"
 
 namespace btms {
 namespace {
@@ -36,26 +37,8 @@ constexpr long double kHeightTolerance_m = 0.003L;
 
 // ---- Scenes ---------------------------------------------------------------------------------------------------------
 
-// Uniform numbers that are the same with every library (splitmix64).
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::int64_t below(std::int64_t n) { return static_cast<std::int64_t>(next() % static_cast<std::uint64_t>(n)); }
-  std::int64_t between(std::int64_t lo, std::int64_t hi) { return lo + below(hi - lo + 1); }
-  bool one_in(std::int64_t n) { return below(n) == 0; }
-
- private:
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9E3779B97F4A7C15ull);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
-    return z ^ (z >> 31);
-  }
-  std::uint64_t state_;
-};
-
 // A scene of 24 m x 24 m: the height of one echo at a place (mm from the corner), or nothing.
-using Echo = std::function<std::optional<std::int64_t>(Random&, std::int64_t x, std::int64_t y)>;
+using Echo = std::function<std::optional<std::int64_t>(test::Random&, std::int64_t x, std::int64_t y)>;
 struct Scene {
   const char* name;
   int points;
@@ -76,35 +59,35 @@ std::vector<Scene> scenes() {
   };
   return {
       {"slope", 6000,
-       [](Random& random, std::int64_t x, std::int64_t y) {
+       [](test::Random& random, std::int64_t x, std::int64_t y) {
          return x * 15 / 100 - y * 8 / 100 + random.between(-30, 30);
        }},
       {"hills", 8000,
-       [=](Random& random, std::int64_t x, std::int64_t y) { return hills(x, y) + random.between(-20, 20); }},
+       [=](test::Random& random, std::int64_t x, std::int64_t y) { return hills(x, y) + random.between(-20, 20); }},
       {"roofs", 8000,
-       [](Random& random, std::int64_t x, std::int64_t y) -> std::optional<std::int64_t> {
+       [](test::Random& random, std::int64_t x, std::int64_t y) -> std::optional<std::int64_t> {
          if (inside(x, y, 5300, 6100, 13900, 15200)) return 6000 + random.between(-25, 25);          // a flat roof
          if (inside(x, y, 15000, 3000, 18000, 5000)) return 2500 + x / 3 + random.between(-25, 25);  // a steep shed
          if (inside(x, y, 15000, 12000, 19000, 13800)) return random.between(300, 1600);             // a car
          return y / 50 + random.between(-25, 25);
        }},
       {"holes", 7000,
-       [=](Random& random, std::int64_t x, std::int64_t y) -> std::optional<std::int64_t> {
+       [=](test::Random& random, std::int64_t x, std::int64_t y) -> std::optional<std::int64_t> {
          if (within(x, y, 8000, 9000, 3300) || within(x, y, 17500, 14000, 4200)) return std::nullopt;
          if (within(x, y, 17000, 5000, 2500)) return -1800 + random.between(-30, 30);  // a sunken place
          return hills(x, y) / 2 + random.between(-20, 20);
        }},
       {"clutter", 9000,
-       [=](Random& random, std::int64_t x, std::int64_t y) -> std::optional<std::int64_t> {
+       [=](test::Random& random, std::int64_t x, std::int64_t y) -> std::optional<std::int64_t> {
          const std::int64_t ground = x / 12 + hills(x, y) / 5 + random.between(-15, 15);
-         if (random.one_in(900)) return ground - random.between(500, 4000);  // multipath
-         if (random.one_in(6)) return ground + random.between(2000, 9000);   // crowns
-         if (random.one_in(3)) return ground + random.between(0, 450);       // grass
+         if (random.between(1, 900) == 1) return ground - random.between(500, 4000);  // multipath
+         if (random.between(1, 6) == 1) return ground + random.between(2000, 9000);   // crowns
+         if (random.between(1, 3) == 1) return ground + random.between(0, 450);       // grass
          return ground;
        }},
       {"thin", 2600,
-       [=](Random& random, std::int64_t x, std::int64_t y) -> std::optional<std::int64_t> {
-         if (x > 12000 && random.below(kSize_mm) < x) return std::nullopt;
+       [=](test::Random& random, std::int64_t x, std::int64_t y) -> std::optional<std::int64_t> {
+         if (x > 12000 && random.between(0, kSize_mm - 1) < x) return std::nullopt;
          return hills(x, y) / 3 + random.between(-40, 40);
        }},
   };
@@ -359,10 +342,10 @@ TEST_P(OracleAgreement, SmallScenes) {
   for (const Parameters& p : rounds(c))
     for (const Scene& scene : scenes()) {
       SCOPED_TRACE(std::string(scene.name) + ", seed " + std::to_string(seed));
-      Random random(seed++);
+      test::Random random(seed++);
       std::vector<oracle::Point> points;
       for (int i = 0; i < scene.points; ++i) {
-        const std::int64_t x = random.below(kSize_mm), y = random.below(kSize_mm);
+        const std::int64_t x = random.between(0, kSize_mm - 1), y = random.between(0, kSize_mm - 1);
         const auto z = scene.echo(random, x, y);
         if (z) points.push_back({c.place.x_mm + x, c.place.y_mm + y, static_cast<std::int32_t>(c.place.z_mm + *z)});
       }

@@ -26,7 +26,8 @@ inline LasSpec with_evlr() {
   return spec;
 }
 
-inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+inline constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN(),
+                        kInfinity = std::numeric_limits<double>::infinity();
 
 inline LasSpec with_crs(const Vlr& vlr) {
   LasSpec spec;
@@ -102,11 +103,14 @@ inline const std::vector<Malformed>& bad_las_files() {
          return las_bytes(s);
        }},
       {14, "ScaleZero", {":131:", "x scale 0"}, [] { return changed({}, [](Bytes& b) { store(&b[131], 0.0); }); }},
-      {14, "ScaleNan", {"y scale nan"}, [] { return changed({}, [](Bytes& b) { store(&b[139], kNan); }); }},
-      {14, "ScaleInf", {"z scale inf"}, [] { return changed({}, [](Bytes& b) { store(&b[147], kInf); }); }},
+      {14, "ScaleNan", {"y scale nan"}, [] { return changed({}, [](Bytes& b) { store(&b[139], kNotANumber); }); }},
+      {14, "ScaleInf", {"z scale inf"}, [] { return changed({}, [](Bytes& b) { store(&b[147], kInfinity); }); }},
       {14, "ScaleNegative", {"x scale -0.01"}, [] { return changed({}, [](Bytes& b) { store(&b[131], -0.01); }); }},
       {14, "ScaleTiny", {"x scale 1e-300"}, [] { return changed({}, [](Bytes& b) { store(&b[131], 1e-300); }); }},
-      {15, "OffsetNan", {":155:", "x offset nan"}, [] { return changed({}, [](Bytes& b) { store(&b[155], kNan); }); }},
+      {15,
+       "OffsetNan",
+       {":155:", "x offset nan"},
+       [] { return changed({}, [](Bytes& b) { store(&b[155], kNotANumber); }); }},
       {15, "OffsetHuge", {"z offset 1e+300"}, [] { return changed({}, [](Bytes& b) { store(&b[171], 1e300); }); }},
       {17, "VlrCount", {"4294967295 VLRs"}, [] { return changed({}, [](Bytes& b) { store(&b[100], 0xFFFF'FFFFu); }); }},
       {17,
@@ -173,7 +177,7 @@ inline const std::vector<Malformed>& odd_las_files() {
          return las_bytes(s);
        }},
       {20, "BoxTurnedOver", {"bounding box"}, [] { return changed({}, [](Bytes& b) { store(&b[179], -2e3); }); }},
-      {20, "BoxNan", {"bounding box"}, [] { return changed({}, [](Bytes& b) { store(&b[179], kNan); }); }},
+      {20, "BoxNan", {"bounding box"}, [] { return changed({}, [](Bytes& b) { store(&b[179], kNotANumber); }); }},
       {22, "GpsWeekAndStandardTime", {}, [] { return changed(las_spec(4, 6), [](Bytes& b) { b[6] ^= 1; }); }},
       // Nothing reads return numbers, and exports of photogrammetry have zeros throughout: a warning would warn nobody.
       {23,

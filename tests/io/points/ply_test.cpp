@@ -6,10 +6,10 @@
 namespace btms::test {
 namespace {
 
-constexpr std::size_t kPoints = 5000;
+constexpr std::size_t kVertices = 5000;
 
 // Whole eighths of a metre that fit a byte's neighbourhood: every type of number holds what it is given.
-double at(std::size_t i, std::size_t axis) {
+double vertex(std::size_t i, std::size_t axis) {
   const double v[] = {static_cast<double>(i) / 8, -static_cast<double>(i % 97), static_cast<double>(i % 13)};
   return v[axis];
 }
@@ -28,12 +28,12 @@ const std::string kCamera = "element camera 1\nproperty double focus\n";
 // Faces and a camera before the points, an element behind them.
 Bytes make(const std::string& format) {
   const std::string header =
-      ply_header(format, kPoints, kProperties, kFaces + kCamera, "element edge 1\nproperty int a\n");
+      ply_header(format, kVertices, kProperties, kFaces + kCamera, "element edge 1\nproperty int a\n");
   if (format == "ascii") {
     std::string text = header + "3 1 2 3 0.5\n1 7 0.25\n\n35.5\n";
-    for (std::size_t i = 0; i < kPoints; ++i)
-      text += "9 " + std::to_string(at(i, 1)) + "\t" + std::to_string(at(i, 0)) + " 2 " + std::to_string(at(i, 2)) +
-              (i % 100 == 0 ? "\r\n\n" : "\n");
+    for (std::size_t i = 0; i < kVertices; ++i)
+      text += "9 " + std::to_string(vertex(i, 1)) + "\t" + std::to_string(vertex(i, 0)) + " 2 " +
+              std::to_string(vertex(i, 2)) + (i % 100 == 0 ? "\r\n\n" : "\n");
     return text_bytes(text + "12\n");
   }
   const bool big = format == "binary_big_endian";
@@ -44,22 +44,22 @@ Bytes make(const std::string& format) {
     put(bytes, 0.5F, big);
   }
   put(bytes, 35.5, big);
-  for (std::size_t i = 0; i < kPoints; ++i) {
+  for (std::size_t i = 0; i < kVertices; ++i) {
     put(bytes, static_cast<std::uint8_t>(i), big);
-    put(bytes, at(i, 1), big);
-    put(bytes, at(i, 0), big);
+    put(bytes, vertex(i, 1), big);
+    put(bytes, vertex(i, 0), big);
     put(bytes, static_cast<std::int16_t>(i), big);
-    put(bytes, static_cast<std::int8_t>(at(i, 2)), big);
+    put(bytes, static_cast<std::int8_t>(vertex(i, 2)), big);
   }
   put(bytes, 12, big);
   return header + bytes;
 }
 
-void expect_points(const PointBlock& block, std::size_t first) {
+void expect_vertices(const PointBlock& block, std::size_t first) {
   for (std::size_t i = 0; i < block.size(); ++i) {
-    ASSERT_EQ(block.x_mm[i], std::llrint(1000 * at(first + i, 0))) << first + i;
-    ASSERT_EQ(block.y_mm[i], std::llrint(1000 * at(first + i, 1))) << first + i;
-    ASSERT_EQ(block.z_mm[i], std::llrint(1000 * at(first + i, 2))) << first + i;
+    ASSERT_EQ(block.x_mm[i], std::llrint(1000 * vertex(first + i, 0))) << first + i;
+    ASSERT_EQ(block.y_mm[i], std::llrint(1000 * vertex(first + i, 1))) << first + i;
+    ASSERT_EQ(block.z_mm[i], std::llrint(1000 * vertex(first + i, 2))) << first + i;
   }
 }
 
@@ -71,12 +71,12 @@ TEST_P(Ply, GivesThePoints) {
   const TemporaryFolder folder;
   const auto file = open_points(folder.write("a.ply", make(GetParam())));
   EXPECT_TRUE(file->info().warnings.empty()) << file->info().warnings.front();
-  ASSERT_EQ(file->size(), kPoints);
-  expect_points(read_all(*file), 0);
+  ASSERT_EQ(file->size(), kVertices);
+  expect_vertices(read_all(*file), 0);
   PointBlock block;
-  for (const std::size_t first : {std::size_t{1}, std::size_t{1023}, kPoints - 1, kPoints}) {
-    file->read(first, std::min<std::size_t>(2000, kPoints - first), block);
-    expect_points(block, first);
+  for (const std::size_t first : {std::size_t{1}, std::size_t{1023}, kVertices - 1, kVertices}) {
+    file->read(first, std::min<std::size_t>(2000, kVertices - first), block);
+    expect_vertices(block, first);
   }
 }
 
@@ -88,9 +88,10 @@ TEST_P(Ply, IsSafeToReadFromManyThreads) {
   for (std::size_t t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {
       PointBlock block;
-      for (std::size_t first = 333 * t; first + 500 < kPoints; first += 999) {
+      for (std::size_t first = 333 * t; first + 500 < kVertices; first += 999) {
         file->read(first, 500, block);
-        for (std::size_t i = 0; i < 500; ++i) wrong += block.x_mm[i] != std::llrint(1000 * at(first + i, 0)) ? 1 : 0;
+        for (std::size_t i = 0; i < 500; ++i)
+          wrong += block.x_mm[i] != std::llrint(1000 * vertex(first + i, 0)) ? 1 : 0;
       }
     });
   }
@@ -104,7 +105,7 @@ TEST_P(Ply, NoticesThatTheFileChanged) {
   const auto file = open_points(path);
   std::filesystem::resize_file(path, 2000);
   PointBlock block;
-  EXPECT_THROW(file->read(kPoints - 10, 10, block), Error);
+  EXPECT_THROW(file->read(kVertices - 10, 10, block), Error);
 }
 
 // Whatever is cut away of the points, the element behind them aside.
