@@ -1,6 +1,7 @@
 // Odd geometry through every format that can express it, by both methods (docs/malformed_inputs.md, 55 to 70).
 #include <cmath>
 #include <optional>
+#include <ostream>
 #include <set>
 
 #include "io/store/map_store.h"
@@ -99,6 +100,7 @@ struct Odd {
   std::optional<Cloud> same = {};  // has the same map
   bool plane = true;               // by the fixed method
 };
+void PrintTo(const Odd& row, std::ostream* out) { *out << row.number << ' ' << row.name; }
 
 const std::vector<Odd>& odd_clouds() {
   static const std::vector<Odd> kClouds = {

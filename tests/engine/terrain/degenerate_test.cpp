@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct Cloud {
   bool determines_plane;
   std::function<void(NodeCloud&)> fill;
 };
+void PrintTo(const Cloud& cloud, std::ostream* out) { *out << cloud.name; }
 const std::vector<Cloud>& clouds() {
   static const std::vector<Cloud> all = {
       {"OnePoint", false, [](NodeCloud& c) { c.add(300, 20, 5); }},

@@ -19,6 +19,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -304,7 +305,13 @@ struct Case {
   NodeModel model;
   CompletionNormals normals;
   Place place;
+
+  std::string name() const {
+    return std::string(model == NodeModel::kPca ? "Pca" : "Robust") +
+           (normals == CompletionNormals::kFaithful ? "Faithful" : "Plane") + place.name;
+  }
 };
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name(); }
 
 // Rounds of all scenes, each with other points and other parameters.
 std::vector<Parameters> rounds(const Case& c) {
@@ -384,10 +391,8 @@ std::vector<Case> cases() {
   return all;
 }
 
-INSTANTIATE_TEST_SUITE_P(Terrain, OracleAgreement, testing::ValuesIn(cases()), [](const auto& tested) {
-  return std::string(tested.param.model == NodeModel::kPca ? "Pca" : "Robust") +
-         (tested.param.normals == CompletionNormals::kFaithful ? "Faithful" : "Plane") + tested.param.place.name;
-});
+INSTANTIATE_TEST_SUITE_P(Terrain, OracleAgreement, testing::ValuesIn(cases()),
+                         [](const auto& tested) { return tested.param.name(); });
 
 }  // namespace
 }  // namespace btms

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
+#include <ostream>
 
 #include "io/export/raster.h"
 #include "io/store/manifest.h"
@@ -49,6 +50,7 @@ struct Case {
   CellBox cells;
   Cell origin;
 };
+void PrintTo(const Case& c, std::ostream* out) { *out << c.cells.cols() << " x " << c.cells.rows(); }
 class OverviewOf : public testing::TestWithParam<Case> {
  protected:
   OverviewOf() {

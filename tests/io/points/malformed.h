@@ -2,6 +2,11 @@
 // docs/malformed_inputs.md.
 #pragma once
 
+#include <functional>
+#include <ostream>
+#include <string>
+#include <vector>
+
 #include "tests/io/points/files.h"
 
 namespace btms::test {
@@ -12,5 +17,6 @@ struct Malformed {
   std::vector<std::string> says;  // of the error, or one of each warning
   std::function<Bytes()> make;
 };
+inline void PrintTo(const Malformed& row, std::ostream* out) { *out << row.number << ' ' << row.name; }
 
 }  // namespace btms::test

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <ostream>
 #include <random>
 
 #include "io/store/chunk_grid.h"
@@ -20,6 +21,7 @@ struct Case {
   CellBox box;
   TerrainTile (*make)(const MapLayout&, const CellBox&);
 };
+void PrintTo(const Case& c, std::ostream* out) { *out << c.box.cols() << " x " << c.box.rows(); }
 
 // What the file was before the index was appended: one of an older program.
 Bytes without_index(const Bytes& file) {

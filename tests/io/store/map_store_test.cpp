@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <ostream>
 #include <thread>
 
 #include "tests/io/store/made_map.h"
@@ -17,6 +18,7 @@ struct Shape {
   MapLayout layout;
   CellBox cells;
 };
+void PrintTo(const Shape& shape, std::ostream* out) { *out << shape.cells.cols() << " x " << shape.cells.rows(); }
 
 class MapStoreShapes : public testing::TestWithParam<Shape> {};
 
